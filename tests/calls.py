@@ -41,6 +41,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_stances": (hopform.solve_stances, START),
     "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
     "solve_hops": (hopform.solve_hops, {"robot": HOPPER, "height": 0.2, "hops": 2}),
+    "solve_flights": (hopform.solve_flights, START | {"v2": [1.9, 1.0], "gains": (9e3, 6e2), "times": [0.0, 0.1]}),
     "choose_current": (hopform.choose_current, START | {"h_des": 0.2}),
     "choose_current_as_printed": (hopform.choose_current_as_printed, START | {"h_des": 0.2}),
     "simulate": (hopform.hopping.simulate, {"robot": HOPPER, "terrain": [0.0], "height": 0.2}),
@@ -93,7 +94,7 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 """What takes none, or takes them within something else. A fit is refused for a name that it does not know, so that
 what is right about it takes no time."""
 ANSWERS = {
-    "Batch", "Claim", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
+    "Batch", "Claim", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Flights", "Gains",
     "Animation", "Fit", "Hop", "Hops", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "Recording", "ReturnMaps", "Run",
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
@@ -108,6 +109,7 @@ OBJECTS: dict[str, Any] = {
     "stance": hopform.solve_stance(HOPPER, v2=-1.9),
     "resting stance": hopform.solve_stance(HOPPER, v2=-0.01),
     "flight": hopform.solve_flight(HOPPER, v2=1.9),
+    "flights": hopform.solve_flights(HOPPER, v2=[1.9, 1.0], times=[0.1], events=True, sensitivities=True),
     "run": RUN,
     "hop": RUN.hops[0],
     "command": hopform.choose_current(HOPPER, v2=-1.9, h_des=0.2),

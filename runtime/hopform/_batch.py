@@ -31,7 +31,7 @@ from hopform._broadcast import (
     units_of,
     words_of,
 )
-from hopform._checks import flag, function, mapping, numbers, refuse_any, shown, whole
+from hopform._checks import MEMORY, flag, function, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import (
     TOUCHING_ULP,

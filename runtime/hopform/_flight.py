@@ -168,7 +168,7 @@ class Flight(OverTime):
         >>> from hopform import load_robot
         >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
         >>> print(round(flight.sensitivities["T", "ground"], 6), round(flight.sensitivities["x1", "Kp"], 9))
-        -0.4
+        -0.470474 -6.43e-07
         """
         solver, parameters = self.robot.solver, self.robot.parameters
         columns = chosen(solver, True, *self._given, parameters)

@@ -83,19 +83,19 @@ def by_names(columns: Columns, solved: NDArray[Any], start: Any, solver: Solver,
     if columns.x2_is_given:
         lengthens = {fields[n]: each for n, each in lengths_of(solver.package, parameters, start[0]).items()}
     releases = _releases(solver.package, parameters, start) if columns.releases else {}
-    found = np.empty((*solved.shape[:-1], len(columns.names)), solved.dtype)
+    matrix = np.empty((*solved.shape[:-1], len(columns.names)), solved.dtype)
     for n, name in enumerate(columns.names):
         if name == "x2":
-            found[..., n] = -by["ground"] if columns.x2_is_given else 0.0 * solved.sum(-1)  # NaN where there is none
+            matrix[..., n] = -by["ground"] if columns.x2_is_given else 0.0 * solved.sum(-1)  # NaN where there is none
             continue
-        found[..., n] = by[name]
+        matrix[..., n] = by[name]
         if name in lengthens:
-            found[..., n] += lengthens[name] * by["ground"]
+            matrix[..., n] += lengthens[name] * by["ground"]
         if name in releases:
-            found[..., n] += releases[name] * (by["y"] - by["ground"] if columns.x2_is_given else by["y"])
-    found = found[..., [*rows_of(solver)], :]
-    found.setflags(write=False)
-    return found
+            matrix[..., n] += releases[name] * (by["y"] - by["ground"] if columns.x2_is_given else by["y"])
+    matrix = matrix[..., [*rows_of(solver)], :]
+    matrix.setflags(write=False)
+    return matrix
 
 
 def _releases(package: Package, parameters: Any, start: Any) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def units_of(solver: Solver) -> dict[str, str]:
 
 def without_row(matrix: NDArray[Any], row: int, where: Any = True) -> NDArray[Any]:
     """The derivatives (..., rows, names) with NaN in a row, where that has none."""
-    found = matrix.copy()
-    found[..., row, :] = np.where(np.asarray(where)[..., np.newaxis], np.nan, matrix[..., row, :])
-    found.setflags(write=False)
-    return found
+    result = matrix.copy()
+    result[..., row, :] = np.where(np.asarray(where)[..., np.newaxis], np.nan, matrix[..., row, :])
+    result.setflags(write=False)
+    return result

@@ -76,8 +76,8 @@ class Flights(Motions):
         """The state behind the impact, with which the next stance begins; NaN without touchdown."""
         end: State[NDArray[Any]] = self.end._replace(v2=self.v2_after)
         lands = self.status == package.TOUCHDOWN
-        found = [np.where(lands, value, value.dtype.type(math.nan)) for value in map(np.asarray, end)]
-        return type(end)(*found)
+        after = [np.where(lands, value, value.dtype.type(math.nan)) for value in map(np.asarray, end)]
+        return type(end)(*after)
 
     def _curve(self) -> Curve:
         some = self.duration.reshape(-1)
@@ -155,10 +155,10 @@ def solve_flights(
     lists = _room(size, at, asked, real)
     law = None if gains is None else [columns[name] for name in Gains._fields]
     job = _Job((*(given[name] for name in FLIGHT_STATES), *robots), law, shape, results, lists, most, listed)
-    found = _run(job, solver.compiled(), workers, progress)
+    listed_events = _run(job, solver.compiled(), workers, progress)
     of = dict(zip(FLIGHT_REALS, (row.reshape(shape) for row in results[1]), strict=True))
     status, count = (row.reshape(shape) for row in results[0])
-    occurred, kinds = (None if each is None else each.reshape((*shape, each.shape[-1])) for each in found)
+    occurred, kinds = (None if each is None else each.reshape((*shape, each.shape[-1])) for each in listed_events)
     state, lands = state_of_leg(solver), status == package.TOUCHDOWN
     states = None if lists.states is None else _states(robot, lists.states, shape, robots, real)
     matrices = (
@@ -237,7 +237,7 @@ class _Job:
 def _run(
     job: _Job, library: Any, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
-    found: package.Events = []
+    lists: package.Events = []
     real = job.results[1].dtype
 
     def solve(part: slice) -> int:
@@ -245,11 +245,11 @@ def _run(
         gains = None if job.gains is None else columns_of_part(job.gains, job.shape, part, real)
         results = job.results[0][:, part], job.results[1][:, part]
         listed = library.solve_flights(columns, gains, results, job.lists.part(part), job.max_phases, job.events)
-        found.extend([(lane + part.start, t, kind) for lane, t, kind in listed])
+        lists.extend([(lane + part.start, t, kind) for lane, t, kind in listed])
         return int(part.stop - part.start)
 
     in_parts(solve, job.results[0].shape[1], CHUNK, threads, progress)
-    return joined(job.results[0][-1], found, real) if job.events else (None, None)
+    return joined(job.results[0][-1], lists, real) if job.events else (None, None)
 
 
 def _size_of(at: NDArray[Any] | None, asked: Columns | None, real: np.dtype[Any]) -> int:
@@ -265,10 +265,10 @@ def _room(size: int, at: NDArray[Any] | None, asked: Columns | None, real: np.dt
 
 
 def _states(
-    robot: Robot, found: NDArray[Any], shape: tuple[int, ...], robots: Any, real: np.dtype[Any]
+    robot: Robot, states: NDArray[Any], shape: tuple[int, ...], robots: Any, real: np.dtype[Any]
 ) -> State[NDArray[Any]]:
     """States at times, with the height of the body in place of the compression, rounded as in the library."""
-    x1, v1, v2, y = np.moveaxis(found.reshape(*shape, *found.shape[1:]), -1, 0)
+    x1, v1, v2, y = np.moveaxis(states.reshape(*shape, *states.shape[1:]), -1, 0)
     with np.errstate(over="ignore"):
         rounded = type(robots)(*(np.asarray(value, real)[..., np.newaxis] for value in robots))
     x2 = robot.solver.package.formulas.second_position(rounded, x1, y)

@@ -50,7 +50,7 @@ def response(p: Any, q: Any, t: Any) -> tuple[Any, Any, Any]:
         cosine = mp.cosh(root * t) if square > 0 else mp.cos(root * t)
     fade = mp.exp(-mean * t)
     R, Rd = fade * sine, fade * (cosine - mean * sine)
-    if abs(q) * t * t > mp.mpf("1e-24"):
+    if abs(q) * t * t > mp.mpf("1e-33"):
         return Rd, R, (1 - Rd - p * R) / q
     if not q and abs(p * t) > 1:
         return Rd, R, (t - R) / p
@@ -128,7 +128,7 @@ class _Flight:
             if abs(step) > abs(h) / 2 + mp.mpf("1e-6") * motion.t:  # a graze: there is no root near
                 break
             h -= step
-            if abs(step) <= mp.mpf(10) ** -45 * abs(h):
+            if abs(step) <= mp.mpf(10) ** -40 * abs(h):
                 return h
         if phase.event == "fixed":
             return h

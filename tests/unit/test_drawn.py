@@ -319,6 +319,7 @@ def made(name):
         "Run": lambda: rough,
         "Batch": lambda: hopform.solve_stances(HOPPER, v2=drop, u=2.0),
         "Hops": lambda: hopform.solve_hops(HOPPER, height=np.linspace(0.02, 0.2, 21), u=2.0, hops=5),
+        "Flights": lambda: hopform.solve_flights(HOPPER, v2=-drop, x1=0.03),
         "Reachability": lambda: hopform.reachability(
             HOPPER, np.linspace(0.02, 0.3, 15), np.linspace(0.0, 3.0, 5), stop_margin=0.015
         ),
@@ -422,6 +423,7 @@ RESULTS: dict[str, tuple[Callable[[Any], list[Panel]], int]] = {
     "Run": (lambda run: motion_panels(run, heights(run)), 0),
     "Batch": (lambda batch: [Panel({"": (np.arange(batch.apex.size), batch.apex)})], 0),
     "Hops": (hops_panels, 0),
+    "Flights": (lambda flights: [Panel({"": (np.arange(flights.duration.size), flights.duration)})], 0),
     "Reachability": (reach_panels, 0), "Command": (command_panels, 0), "Recording": (recording_panels, 0),
     "Fit": (fit_panels, 0),
 }  # fmt: skip

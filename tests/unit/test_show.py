@@ -30,6 +30,7 @@ def made() -> dict[str, _show.Shown]:
     assert two.sensitivities is not None
     return {
         "Stance": stance, "Flight": stance.fly(), "Hop": run.hops[1], "Run": run, "Batch": two,
+        "Flights": hopform.solve_flights(HOPPER, v2=[[2.0], [1.0]], x1=[0.0, 0.03], times=[0.0, 0.1], events=True),
         "Command": hopform.choose_current(HOPPER, v2=-1.93, h_des=0.2),
         "Reachability": hopform.reachability(HOPPER, np.linspace(0.05, 0.3, 6), np.linspace(-3.0, 3.0, 5)),
         "Sensitivities": stance.sensitivities, "ManySensitivities": two.sensitivities, "Fit": a_fit(),

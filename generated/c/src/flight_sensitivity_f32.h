@@ -36,6 +36,22 @@ typedef struct {
     bool exists; /* each event so far moves in proportion */
 } flight_variation_f32;
 
+/* (n + 1)/(2 n + 3)!: (sin(x) - x cos(x))/(2 x^3) is their sum times (-x^2)^n; how many terms that and the integral of
+ * t exp(-t) take. */
+enum { NEAR_TERMS_f32 = 9, SLOW_TERMS_f32 = 18 };
+
+static const float near_f32[NEAR_TERMS_f32] = {
+    1.0f / 6.0f,
+    1.0f / 6e1f,
+    1.0f / 1.68e3f,
+    1.0f / 9.072e4f,
+    1.0f / 7.98336e6f,
+    1.0f / 1.0378368e9f,
+    1.0f / 1.8681063e11f,
+    1.0f / 4.4460927e13f,
+    1.0f / 1.3516122e16f,
+};
+
 /* A phase over a time: how it moves, and what its motion answers to changes of p and q. */
 typedef struct {
     alone_pair_f32 pair;
@@ -149,37 +165,72 @@ static flight_answer_f32 flight_answer_of_f32(const flight_variation_f32 *variat
     return answer;
 }
 
-/* R' * R', R' * R, R * R and R1 * R at h: by Gauss's rule over a short time, whose places are their own mirror, then
- * doubled by R(s + t) = R(s) R'(t) + (R' + p R)(s) R(t). */
-static void convolve_response_f32(const alone_pair_f32 *pair, float h, float of[4]) {
-    known_pair_f32 at[HOPFORM_NODES_f32];
-    float t = h;
-    int doublings = halve_f32(pair->poles, &t);
-    for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        at[node] = response_over_f32(pair, place_f32[node] * t);
+/* R' * R', R' * R and R * R. */
+typedef struct {
+    float both_rates, rate, none;
+} convolved_f32;
+
+/* Those at t: 2 R' * R + p R * R = t R, R' * R' - q R * R = t R', and R * R = (R - t R' - p t R/2)/(2 q - p^2/2). The
+ * last one is by the exponentials of two real poles, and near a double pole by its series. */
+
+static convolved_f32 convolved_of_response_f32(const alone_pair_f32 *pair, const known_pair_f32 *at, float t) {
+    const float mean = 0.5f * pair->p;
+    const float square = pair->q - mean * mean;
+    const float z = square * t * t;
+    if (z < -1.0f) {
+        const float half = sqrt_f32(-square);
+        const float fast = mean + half;
+        const float slow = pair->q / fast;
+        const float share = 0.25f / (half * half);
+        const float of_slow = t * exponential_f32(-slow * t);
+        const float of_fast = t * exponential_f32(-fast * t);
+        const convolved_f32 apart = {
+            share * (slow * slow * of_slow + fast * fast * of_fast - 2.0f * pair->q * at->R),
+            share * (pair->p * at->R - slow * of_slow - fast * of_fast),
+            share * (of_slow + of_fast - 2.0f * at->R),
+        };
+        return apart;
     }
-    for (int n = 0; n < 4; n++) {
-        of[n] = 0.0f;
+    float none = (at->R * (1.0f - mean * t) - t * at->Rd) / (2.0f * square);
+    if (!(z > 1.0f)) {
+        float sum = 0.0f;
+        for (int n = NEAR_TERMS_f32 - 1; n >= 0; n--) {
+            sum = near_f32[n] - z * sum;
+        }
+        none = exponential_f32(-mean * t) * (t * t * t) * sum;
     }
-    for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        const known_pair_f32 *here = &at[node];
-        const known_pair_f32 *there = &at[HOPFORM_NODES_f32 - 1 - node];
-        const float weight = weight_f32[node] * t;
-        of[0] += weight * here->Rd * there->Rd;
-        of[1] += weight * here->Rd * there->R;
-        of[2] += weight * here->R * there->R;
-        of[3] += weight * here->R1 * there->R;
+    const convolved_f32 close = {t * at->Rd + pair->q * none, 0.5f * t * at->R - mean * none, none};
+    return close;
+}
+
+/* R1 * R at t, where q t^2 < 1: of two real poles of integrals of t exp(-a t); else by the series of 1/(s P^2), of
+ * which two terms give the next. */
+SELDOM_f32 float convolved_integral_f32(const alone_pair_f32 *pair, const known_pair_f32 *at, float t) {
+    const float mean = 0.5f * pair->p;
+    const float square = pair->q - mean * mean;
+    if (square * t * t < -1.0f) {
+        const float half = sqrt_f32(-square);
+        const float fast = mean + half;
+        const float z = pair->q / fast * t; /* < 1/2 */
+        float of_slow = 0.0f;
+        for (int n = SLOW_TERMS_f32; n > 0; n--) {
+            of_slow = 1.0f / ((float)n + 1.0f) - z / (float)n * of_slow;
+        }
+        const float of_fast = (1.0f - exponential_f32(-fast * t) * (1.0f + fast * t)) / (fast * fast);
+        return 0.25f * (t * t * of_slow + of_fast - 2.0f * at->R1) / (half * half);
     }
-    for (; doublings > 0; doublings--) {
-        const known_pair_f32 by = response_over_f32(pair, t);
-        const float stays = by.Rd + pair->p * by.R;
-        const float before[] = {of[0], of[1], of[2], of[3]};
-        of[0] = 2.0f * (by.Rd * before[0] - pair->q * by.R * before[1]);
-        of[1] = (by.Rd + stays) * before[1] + by.R * (before[0] - pair->q * before[2]);
-        of[2] = 2.0f * (by.R * before[1] + stays * before[2]);
-        of[3] = by.R1 * by.R1 + 2.0f * (by.R * before[2] + stays * before[3]);
-        t *= 2.0f;
+    float before = 0.0f;
+    float term = 1.0f / 24.0f;
+    float sum = term;
+    for (int n = 1; n < 40 && fabs_f32(term) + fabs_f32(before) > 0.01f * HOPFORM_EPS_f32; n++) {
+        const float m = (float)n;
+        const float next =
+            -(pair->p * t * (m + 1.0f) * term + pair->q * t * t * (m + 2.0f) / (m + 3.0f) * before) / (m * (m + 4.0f));
+        before = term;
+        term = next;
+        sum += term;
     }
+    return t * t * t * t * sum;
 }
 
 /* The answers to changes of p and q. In a long time x is where it settles and what of it fades, so that what has faded
@@ -191,18 +242,17 @@ static void put_convolutions_f32(const flight_variation_f32 *variation, const ho
     const float side = (float)phase->side;
     const float v = side * answer->start.v;
     const float draw = side * answer->start.draw;
-    float of[4];
-    convolve_response_f32(pair, h, of);
-    answer->x_by_p = v * of[1] + draw * of[2];
-    answer->v_by_p = v * of[0] + draw * of[1];
+    const convolved_f32 of = convolved_of_response_f32(pair, at, h);
+    answer->x_by_p = v * of.rate + draw * of.none;
+    answer->v_by_p = v * of.both_rates + draw * of.rate;
     if (pair->q * h * h < 1.0f) {
-        answer->x_by_q = phase->x1 * at->R1 + v * of[2] + draw * of[3];
-        answer->v_by_q = phase->x1 * at->R + v * of[1] + draw * of[2];
+        answer->x_by_q = phase->x1 * at->R1 + v * of.none + draw * convolved_integral_f32(pair, at, h);
+        answer->v_by_q = phase->x1 * at->R + v * of.rate + draw * of.none;
     } else {
         const float settled = acceleration_in_phase_f32(variation, phase, 0.0f, 0.0f) / pair->q;
         const float fades = -draw / pair->q;
-        answer->x_by_q = settled * at->R1 + fades * (of[1] + pair->p * of[2]) + v * of[2];
-        answer->v_by_q = settled * at->R + fades * (at->R - pair->q * of[2]) + v * of[1];
+        answer->x_by_q = settled * at->R1 + fades * (of.rate + pair->p * of.none) + v * of.none;
+        answer->v_by_q = settled * at->R + fades * (at->R - pair->q * of.none) + v * of.rate;
     }
 }
 

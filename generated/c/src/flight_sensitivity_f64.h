@@ -36,6 +36,22 @@ typedef struct {
     bool exists; /* each event so far moves in proportion */
 } flight_variation_f64;
 
+/* (n + 1)/(2 n + 3)!: (sin(x) - x cos(x))/(2 x^3) is their sum times (-x^2)^n; how many terms that and the integral of
+ * t exp(-t) take. */
+enum { NEAR_TERMS_f64 = 9, SLOW_TERMS_f64 = 18 };
+
+static const double near_f64[NEAR_TERMS_f64] = {
+    1.0 / 6.0,
+    1.0 / 60.0,
+    1.0 / 1680.0,
+    1.0 / 90720.0,
+    1.0 / 7983360.0,
+    1.0 / 1037836800.0,
+    1.0 / 186810624000.0,
+    1.0 / 44460928512000.0,
+    1.0 / 13516122267648000.0,
+};
+
 /* A phase over a time: how it moves, and what its motion answers to changes of p and q. */
 typedef struct {
     alone_pair_f64 pair;
@@ -149,37 +165,72 @@ static flight_answer_f64 flight_answer_of_f64(const flight_variation_f64 *variat
     return answer;
 }
 
-/* R' * R', R' * R, R * R and R1 * R at h: by Gauss's rule over a short time, whose places are their own mirror, then
- * doubled by R(s + t) = R(s) R'(t) + (R' + p R)(s) R(t). */
-static void convolve_response_f64(const alone_pair_f64 *pair, double h, double of[4]) {
-    known_pair_f64 at[HOPFORM_NODES_f64];
-    double t = h;
-    int doublings = halve_f64(pair->poles, &t);
-    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        at[node] = response_over_f64(pair, place_f64[node] * t);
+/* R' * R', R' * R and R * R. */
+typedef struct {
+    double both_rates, rate, none;
+} convolved_f64;
+
+/* Those at t: 2 R' * R + p R * R = t R, R' * R' - q R * R = t R', and R * R = (R - t R' - p t R/2)/(2 q - p^2/2). The
+ * last one is by the exponentials of two real poles, and near a double pole by its series. */
+
+static convolved_f64 convolved_of_response_f64(const alone_pair_f64 *pair, const known_pair_f64 *at, double t) {
+    const double mean = 0.5 * pair->p;
+    const double square = pair->q - mean * mean;
+    const double z = square * t * t;
+    if (z < -1.0) {
+        const double half = sqrt_f64(-square);
+        const double fast = mean + half;
+        const double slow = pair->q / fast;
+        const double share = 0.25 / (half * half);
+        const double of_slow = t * exponential_f64(-slow * t);
+        const double of_fast = t * exponential_f64(-fast * t);
+        const convolved_f64 apart = {
+            share * (slow * slow * of_slow + fast * fast * of_fast - 2.0 * pair->q * at->R),
+            share * (pair->p * at->R - slow * of_slow - fast * of_fast),
+            share * (of_slow + of_fast - 2.0 * at->R),
+        };
+        return apart;
     }
-    for (int n = 0; n < 4; n++) {
-        of[n] = 0.0;
+    double none = (at->R * (1.0 - mean * t) - t * at->Rd) / (2.0 * square);
+    if (!(z > 1.0)) {
+        double sum = 0.0;
+        for (int n = NEAR_TERMS_f64 - 1; n >= 0; n--) {
+            sum = near_f64[n] - z * sum;
+        }
+        none = exponential_f64(-mean * t) * (t * t * t) * sum;
     }
-    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        const known_pair_f64 *here = &at[node];
-        const known_pair_f64 *there = &at[HOPFORM_NODES_f64 - 1 - node];
-        const double weight = weight_f64[node] * t;
-        of[0] += weight * here->Rd * there->Rd;
-        of[1] += weight * here->Rd * there->R;
-        of[2] += weight * here->R * there->R;
-        of[3] += weight * here->R1 * there->R;
+    const convolved_f64 close = {t * at->Rd + pair->q * none, 0.5 * t * at->R - mean * none, none};
+    return close;
+}
+
+/* R1 * R at t, where q t^2 < 1: of two real poles of integrals of t exp(-a t); else by the series of 1/(s P^2), of
+ * which two terms give the next. */
+SELDOM_f64 double convolved_integral_f64(const alone_pair_f64 *pair, const known_pair_f64 *at, double t) {
+    const double mean = 0.5 * pair->p;
+    const double square = pair->q - mean * mean;
+    if (square * t * t < -1.0) {
+        const double half = sqrt_f64(-square);
+        const double fast = mean + half;
+        const double z = pair->q / fast * t; /* < 1/2 */
+        double of_slow = 0.0;
+        for (int n = SLOW_TERMS_f64; n > 0; n--) {
+            of_slow = 1.0 / ((double)n + 1.0) - z / (double)n * of_slow;
+        }
+        const double of_fast = (1.0 - exponential_f64(-fast * t) * (1.0 + fast * t)) / (fast * fast);
+        return 0.25 * (t * t * of_slow + of_fast - 2.0 * at->R1) / (half * half);
     }
-    for (; doublings > 0; doublings--) {
-        const known_pair_f64 by = response_over_f64(pair, t);
-        const double stays = by.Rd + pair->p * by.R;
-        const double before[] = {of[0], of[1], of[2], of[3]};
-        of[0] = 2.0 * (by.Rd * before[0] - pair->q * by.R * before[1]);
-        of[1] = (by.Rd + stays) * before[1] + by.R * (before[0] - pair->q * before[2]);
-        of[2] = 2.0 * (by.R * before[1] + stays * before[2]);
-        of[3] = by.R1 * by.R1 + 2.0 * (by.R * before[2] + stays * before[3]);
-        t *= 2.0;
+    double before = 0.0;
+    double term = 1.0 / 24.0;
+    double sum = term;
+    for (int n = 1; n < 40 && fabs_f64(term) + fabs_f64(before) > 0.01 * HOPFORM_EPS_f64; n++) {
+        const double m = (double)n;
+        const double next =
+            -(pair->p * t * (m + 1.0) * term + pair->q * t * t * (m + 2.0) / (m + 3.0) * before) / (m * (m + 4.0));
+        before = term;
+        term = next;
+        sum += term;
     }
+    return t * t * t * t * sum;
 }
 
 /* The answers to changes of p and q. In a long time x is where it settles and what of it fades, so that what has faded
@@ -191,18 +242,17 @@ static void put_convolutions_f64(const flight_variation_f64 *variation, const ho
     const double side = (double)phase->side;
     const double v = side * answer->start.v;
     const double draw = side * answer->start.draw;
-    double of[4];
-    convolve_response_f64(pair, h, of);
-    answer->x_by_p = v * of[1] + draw * of[2];
-    answer->v_by_p = v * of[0] + draw * of[1];
+    const convolved_f64 of = convolved_of_response_f64(pair, at, h);
+    answer->x_by_p = v * of.rate + draw * of.none;
+    answer->v_by_p = v * of.both_rates + draw * of.rate;
     if (pair->q * h * h < 1.0) {
-        answer->x_by_q = phase->x1 * at->R1 + v * of[2] + draw * of[3];
-        answer->v_by_q = phase->x1 * at->R + v * of[1] + draw * of[2];
+        answer->x_by_q = phase->x1 * at->R1 + v * of.none + draw * convolved_integral_f64(pair, at, h);
+        answer->v_by_q = phase->x1 * at->R + v * of.rate + draw * of.none;
     } else {
         const double settled = acceleration_in_phase_f64(variation, phase, 0.0, 0.0) / pair->q;
         const double fades = -draw / pair->q;
-        answer->x_by_q = settled * at->R1 + fades * (of[1] + pair->p * of[2]) + v * of[2];
-        answer->v_by_q = settled * at->R + fades * (at->R - pair->q * of[2]) + v * of[1];
+        answer->x_by_q = settled * at->R1 + fades * (of.rate + pair->p * of.none) + v * of.none;
+        answer->v_by_q = settled * at->R + fades * (at->R - pair->q * of.none) + v * of.rate;
     }
 }
 

@@ -10,6 +10,7 @@ from hopform._checks import instance
 from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._flight import Flight
+from hopform._flights import Flights
 from hopform._hops import Hops
 from hopform._motion import Motion
 from hopform._sensitivities import Sensitivities
@@ -28,7 +29,7 @@ def of_core() -> Mapping[type, Picture]:
     return OF_RESULTS
 
 
-pictures(of_core, Motion, Stance, Flight, Batch, Hops, Sensitivities, Reachability, Command)
+pictures(of_core, Motion, Stance, Flight, Flights, Batch, Hops, Sensitivities, Reachability, Command)
 
 
 def figure_of(result: Shown) -> "Figure":

@@ -31,11 +31,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform._batch import Batch
+from hopform._batch import Batch, Motions
 from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._figures.palette import PALETTE
 from hopform._flight import Flight
+from hopform._flights import Flights
 from hopform._hops import Hops
 from hopform._motion import Mass, Motion, Phase, energies_of, force_units, masses_of, unit_of_time, units_of_energies
 from hopform._robots import Robot
@@ -360,25 +361,34 @@ def flight_panel(axes: Axes, flight: Flight) -> None:
 
 
 def batch_panel(axes: Axes, batch: Batch) -> None:
-    """Apexes over the dimensions of the batch: a map of two, else a curve over the last."""
-    apex: Curve = 100.0 * batch.apex
-    dims = batch.labels.dims if batch.labels else tuple(f"dimension {n}" for n in range(apex.ndim))
+    """Apexes over the dimensions of the batch."""
+    over_dimensions(axes, batch, 100.0 * batch.apex, "apex [cm]", "stance [index]")
+
+
+def flights_panel(axes: Axes, flights: Flights) -> None:
+    """Durations over the dimensions of the batch."""
+    over_dimensions(axes, flights, flights.duration, "duration [s]", "flight [index]")
+
+
+def over_dimensions(axes: Axes, batch: Motions, values: Curve, label: str, each: str) -> None:
+    """What a batch has over its dimensions: a map of two, else a curve over the last."""
+    dims = batch.labels.dims if batch.labels else tuple(f"dimension {n}" for n in range(values.ndim))
     coords: dict[str, Curve] = batch.labels.coords if batch.labels else {}
-    sizes: tuple[int, ...] = apex.shape
+    sizes: tuple[int, ...] = values.shape
     whole: dict[str, Curve] = {dim: np.arange(float(size)) for dim, size in zip(dims, sizes, strict=True)}
     ticks = list((whole | coords).values())
     units: Mapping[str, str] = batch.labels.units if batch.labels else {}
     names = [f"{dim} [{units[dim]}]" if dim in units else f"{dim} [index]" for dim in dims]
-    if apex.ndim == 2 and min(apex.shape) > 1:
-        drawn = axes.pcolormesh(ticks[1], ticks[0], apex, cmap="viridis", shading="nearest")
-        axes.figure.colorbar(drawn, ax=axes, label="apex [cm]")
+    if values.ndim == 2 and min(values.shape) > 1:
+        drawn = axes.pcolormesh(ticks[1], ticks[0], values, cmap="viridis", shading="nearest")
+        axes.figure.colorbar(drawn, ax=axes, label=label)
         axes.set_ylabel(names[0])
     else:
-        across = ticks[-1] if apex.ndim else np.zeros(1)
-        axes.plot(across, apex.reshape(-1, across.size).T, ".-", linewidth=0.8, markersize=3.0)
+        across = ticks[-1] if values.ndim else np.zeros(1)
+        axes.plot(across, values.reshape(-1, across.size).T, ".-", linewidth=0.8, markersize=3.0)
         axes.margins(x=0.02)
-        axes.set_ylabel("apex [cm]")
-    axes.set_xlabel(names[-1] if names else "stance [index]")
+        axes.set_ylabel(label)
+    axes.set_xlabel(names[-1] if names else each)
 
 
 def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
@@ -491,6 +501,7 @@ OF_RESULTS: Mapping[type, Picture] = {
     Flight: (plot_flight, flight_panel),
     Batch: (partial(alone, batch_panel, 6.0, 3.6), batch_panel),
     Hops: (plot_hops, hops_panel),
+    Flights: (partial(alone, flights_panel, 6.0, 3.6), flights_panel),
     Sensitivities: (partial(alone, sensitivities_panel, 9.0, 5.0), sensitivities_panel),
     Reachability: (plot_reach, reach_panel),
     Command: (plot_command, command_panel),

@@ -635,7 +635,7 @@ def _fly(
     into = [*(each for row in (status, *rows) for each in (row, real.itemsize)), count_of_events, codes.itemsize]
     into[1] = codes.itemsize
     chosen = (ctypes.c_int32 * len(lists.codes))(*lists.codes)
-    wanted = [0 if each is None else _address(each) for each in (lists.times, lists.states, lists.matrices)]
+    asked = [0 if each is None else _address(each) for each in (lists.times, lists.states, lists.matrices)]
     n_times = 0 if lists.times is None else lists.times.size
     most = max_phases + 1
     capacity, room = min(FIRST_CAPACITY, most), _FIRST_EVENTS if events else 0
@@ -645,7 +645,7 @@ def _fly(
         listed = (_address(times), _address(kinds), room) if room else (0, 0, 0)
         outputs = layout(types.FlightsOut).pack(
             *into, ctypes.addressof(phases), capacity, *listed,
-            wanted[0], n_times, wanted[1], ctypes.addressof(chosen), len(lists.codes), wanted[2],
+            asked[0], n_times, asked[1], ctypes.addressof(chosen), len(lists.codes), asked[2],
         )  # fmt: skip
         if library.call("solve_flights", types, ctypes.c_int64(count), inputs, outputs) != PHASES_NOT_KEPT:
             break
