@@ -70,7 +70,7 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them by SEED,
 
 nightly: ## the slower tests, the site and the long stages of .ci/run, all of them, longer and by the day's seed
 	@set -e; seed=$$(date +%Y%m%d); export HOPFORM_SEED=$$seed FUZZ_SEED=$$seed; \
-	    $(MAKE) test-slices SLOW="sliced or nightly"; \
+	    $(MAKE) venv-jax test-slices SLOW="sliced or nightly"; \
 	    $(MAKE) site-test coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
 SLOW = sliced and not nightly
@@ -255,6 +255,9 @@ venv-dev:
 venv-bench:
 	@sh tools/venv.sh bench
 
+venv-jax:
+	@sh tools/venv.sh jax
+
 venv-wheels:
 	@sh tools/venv.sh wheels
 
@@ -274,4 +277,4 @@ venv-site:
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs figures play site-test wheels
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-jax venv-site venv-wheels doxygen docs figures play site-test wheels

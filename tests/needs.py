@@ -13,6 +13,7 @@ library = pytest.mark.skipif(
     MESSAGE is not None,
     reason=f"there is no library: {MESSAGE} (`make test` builds it)",
 )
+jax = pytest.mark.skipif(find_spec("jax") is None, reason="JAX is absent (`make venv-jax` installs it)")
 cpp = pytest.mark.skipif(
     shutil.which("c++") is None,
     reason="a C++ compiler is absent, and headers cannot be tried in C++ (on Debian: apt install g++)",

@@ -24,6 +24,7 @@ import hopform
 import hopform.extend
 import hopform.hopping
 import hopform.identify
+import hopform.jax
 import hopform.reference
 from hopform._front import COMMANDS
 
@@ -80,7 +81,7 @@ NAVIGATION = {
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [
-        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "formulas", "reference", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
+        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "jax", "formulas", "reference", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [

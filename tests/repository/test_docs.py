@@ -21,6 +21,7 @@ import pytest
 import hopform
 import hopform.hopping
 import hopform.identify
+import hopform.jax
 import hopform.reference
 from hopform import _front as cli
 from tests.conformance.firmware import costs
@@ -93,7 +94,7 @@ def test_every_public_name_of_python_is_on_one_page_of_the_site():
     of_their_own = {"__version__", "ROBOTS", "hopping.controllers", "hopping.terrain"}
     rooms = {
         f"{room.__name__[8:]}.{name}"
-        for room in (hopform.hopping, hopform.identify, hopform.reference)
+        for room in (hopform.hopping, hopform.identify, hopform.jax, hopform.reference)
         for name in room.__all__
     }
     assert "extend.*" in listed  # all that is offered for extensions

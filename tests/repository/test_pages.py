@@ -44,7 +44,13 @@ SLOW = ("identification.md", "hop-over-terrain.md", "many-stances.md", "formulas
 """Pages whose examples fit, hop, derive or import for more than a second."""
 
 
+IN_JAX = ("gradients-in-jax.md",)
+"""Pages whose examples need JAX, which is there at night."""
+
+
 def slower_if_slow(page: Path):
+    if page.name in IN_JAX:
+        return pytest.param(page, marks=(pytest.mark.nightly, needs.jax))
     return pytest.param(page, marks=pytest.mark.sliced if page.name in SLOW else ())
 
 

@@ -25,9 +25,9 @@ from hopform import _front, extend, hopping
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "runtime" / "hopform"
 
-PUBLIC = {"extend", "hopping", "identify", "model", "reference"}
+PUBLIC = {"extend", "hopping", "identify", "jax", "model", "reference"}
 APPLICATIONS = {"hopping", "identify"}
-EXTRAS = {"scipy", "matplotlib", "xarray"}
+EXTRAS = {"scipy", "matplotlib", "xarray", "jax"}
 
 WALL = {
     "_checks": {
