@@ -76,8 +76,9 @@ def ending(
     """A function of JAX from inputs, by name, to the ending of the motion: its time and the state there.
 
     It takes a mapping of coordinates and velocities of the start, parameters of the robot and `u`, the input, to
-    numbers; with u_times [s] `u` has a number for each of these times, from which on it holds. What the mapping leaves
-    out is that of `start`, `robot` and `u` here. Many motions at once: `vmap`. horizon [s] and max_phases: as for
+    numbers; with u_times [s] `u` has a number for each of these times, from which on it holds, and the mapping may have
+    `u_times`, too. What it leaves out is that of `start`, `robot`, `u` and `u_times` here. Many motions at once: `vmap`,
+    which solves one by one those whose `u_times` differ. horizon [s] and max_phases: as for
     `solve_motions`. dtype: float64, for which JAX has to have `jax_enable_x64`, or float32. threads: how many solve at
     a time.
 
@@ -148,7 +149,8 @@ class _Problem:
         facts = self.robot.solver.facts
         parameters = dict.fromkeys(self.robot.parameters._fields, "robot")
         inputs = {name: "input" for each in facts.inputs for name in ("u", str(each["name"]))}
-        return parameters | inputs | dict.fromkeys(axes_by_name(facts), "start")
+        switches = {"u_times": "u_times"} if inputs and self.u.ndim else {}
+        return parameters | inputs | switches | dict.fromkeys(axes_by_name(facts), "start")
 
     @cached_property
     def state(self) -> Any:
@@ -176,12 +178,15 @@ class _Problem:
         return Ending(rows[0], self.state(*rows[1:count]), *rows[count:])
 
     def shape_of(self, name: str) -> tuple[int, ...]:
-        """That of what the function takes: a number, or of the input one for each step."""
-        return self.u.shape if self.names[name] == "input" else ()
+        """That of what the function takes: a number, or of the input and its times one for each step."""
+        return self.u.shape if self.names[name] in ("input", "u_times") else ()
 
     def columns_by(self, name: str) -> list[str]:
-        """The columns of derivatives by what the function takes."""
-        return [f"u[{n}]" for n in range(self.u.size)] if self.shape_of(name) else [name]
+        """The columns of derivatives by what the function takes; "" by the time of the first step, which is 0."""
+        if not self.shape_of(name):
+            return [name]
+        of = "t" if name == "u_times" else "u"
+        return [f"{of}[{n}]" if n or of == "u" else "" for n in range(self.u.size)]
 
     def inputs(self, x: object) -> dict[str, Any]:
         """What a function is called with, in the order of names; HopformError for a name that is no input, for one that
@@ -203,16 +208,23 @@ class _Problem:
         """The rows, each (*batch, *shape), where that is more than one number of all; behind them the derivatives of each
         by `by`, (*batch, *shape, columns), if it names something.
         """
-        columns = [column for name in by for column in self.columns_by(name)]
+        every = [column for name in by for column in self.columns_by(name)]
+        columns = [column for column in every if column]
         found = solve_motions(
-            self.robot, start=given.start, u=given.u, sensitivities=columns or False, **self.how, **given.fields
+            self.robot, start=given.start, u=given.u, sensitivities=columns or False, **given.how, **given.fields
         )
         if found.states is not None:
             rows = [*found.states]
         else:
             ends = {"T": found.duration, **found.end._asdict()}
             rows = [ends[row] if row in ends else getattr(found, row) for row in self.rows]
-        return [*rows, *self.derivatives(found, rows, given, columns)] if columns else rows
+        if not every:
+            return rows
+        matrices = (
+            self.derivatives(found, rows, given, columns) if columns else [np.zeros((*row.shape, 0)) for row in rows]
+        )
+        first = [n - every[:n].count("") for n, column in enumerate(every) if not column]
+        return [*rows, *(np.insert(matrix, first, 0.0, axis=-1) for matrix in matrices)]
 
     def derivatives(
         self, found: Motions, rows: Sequence[Array], given: "_Given", columns: Sequence[str]
@@ -240,8 +252,8 @@ class _Problem:
 
     def near(self, given: "_Given", place: tuple[int, ...], columns: Sequence[str]) -> list[Array]:
         """The derivatives of the rows of one motion that has none at its ending, as far as they are known."""
-        solve = partial(_solved_again, self.robot, given, place, self.how)
-        motion = solve(self.how["horizon"])
+        solve = partial(_solved_again, self.robot, given, place)
+        motion = solve(given.how["horizon"])
         until = _known_until(solve, motion, self.one_sided)
         t = np.atleast_1d(motion.duration if self.times is None else self.times)
         goes_on = motion.status in ("rest", "horizon")
@@ -264,11 +276,11 @@ class _Given(NamedTuple):
     u: Any
     """(*batch, steps), without that axis if there are none"""
     fields: Mapping[str, Any]
+    how: Mapping[str, Any]
+    """further arguments of `solve_motions`"""
 
 
-def _solved_again(
-    robot: Robot, given: _Given, place: tuple[int, ...], how: Mapping[str, Any], horizon: float
-) -> Motion:  # fmt: skip
+def _solved_again(robot: Robot, given: _Given, place: tuple[int, ...], horizon: float) -> Motion:
     """One motion of a batch, up to a horizon."""
 
     def here(x: Any, steps: tuple[int, ...] = ()) -> Any:
@@ -276,7 +288,8 @@ def _solved_again(
 
     fields: dict[str, Any] = {name: float(here(x)) for name, x in given.fields.items()}
     one = dataclasses.replace(robot, **fields)
-    start, t = {name: float(here(x)) for name, x in given.start.items()}, how.get("u_times")
+    how, start = given.how, {name: float(here(x)) for name, x in given.start.items()}
+    t = how.get("u_times")
     u = float(here(given.u)) if t is None else [*zip(t.tolist(), here(given.u, t.shape).tolist(), strict=True)]
     return solve_motion(
         one, start=start, u=u, horizon=horizon, max_phases=how["max_phases"], dtype=how["dtype"]
@@ -420,12 +433,29 @@ class _Call:
 
     def __call__(self, *values: Any) -> tuple[Array, ...]:
         batch = self.batch([np.shape(x) for x in values])
-        of: dict[str, dict[str, Array]] = {place: {} for place in ("start", "input", "robot")}
+        of: dict[str, dict[str, Array]] = {place: {} for place in ("start", "input", "u_times", "robot")}
         for name, x in zip(self.names, values, strict=True):
             of[self.problem.names[name]][name] = np.asarray(x)
         start, u = {**self.problem.start, **of["start"]}, next(iter(of["input"].values()), self.problem.u)
-        answer = self.problem.solve(_Given(batch, start, u, of["robot"]), self.by)
+        how = self.problem.how
+        for t in of["u_times"].values():
+            each = t.reshape(-1, t.shape[-1])
+            if (each != each[:1]).any():
+                return self.one_by_one(batch, values)
+            how = {**how, "u_times": each[0]} if each.size else how
+        answer = self.problem.solve(_Given(batch, start, u, of["robot"], how), self.by)
         return tuple(map(np.broadcast_to, answer, self.shapes(batch)))
+
+    def one_by_one(self, batch: tuple[int, ...], values: Sequence[Any]) -> tuple[Array, ...]:
+        """The same of motions whose steps have other times: a call has one list of them."""
+        each = [
+            np.broadcast_to(x, (*batch, *self.problem.shape_of(name)))
+            for name, x in zip(self.names, values, strict=True)
+        ]
+        alone = [self(*(x[place] for x in each)) for place in np.ndindex(*batch)]
+        return tuple(
+            np.reshape(rows, shape) for rows, shape in zip(zip(*alone, strict=True), self.shapes(batch), strict=True)
+        )
 
 
 @cache

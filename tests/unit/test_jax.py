@@ -195,6 +195,8 @@ def test_transformations_agree_with_each_other_to_the_bit(jax, joint):
         alone = [jax.jacrev(function)({name: values[n] for name, values in many.items()}) for n in range(5)]
         stacked = jax.tree_util.tree_map(lambda *each: np.stack(each), *alone)
         assert_same(jax, jax.jit(jax.vmap(jax.jacrev(function)))(many), stacked)
+        columns = jax.vmap(lambda u, of=function: of({"u": u}), in_axes=1)(many["u"].T)
+        assert_same(jax, columns, jax.vmap(lambda u, of=function: of({"u": u}))(many["u"]))
         of_both = jax.vmap(jax.vmap(lambda F, u, of=function: of({"F_p": F, "u": u}), (None, 0)), (0, None))
         pairs = [[function({"F_p": F, "u": steps}) for steps in many["u"]] for F in many["F_p"]]
         rows = [jax.tree_util.tree_map(lambda *each: np.stack(each), *row) for row in pairs]
@@ -219,6 +221,30 @@ def test_a_batch_is_one_call_with_the_columns_that_are_asked_for(jax, joint):
         jax.grad(lambda u: end({"b": 0.01, "u": u}).end.q)(np.ones(2))
         jax.jvp(lambda F: end({"b": 0.01, "F_p": F}).duration, (0.04,), (1.0,))
     assert asked == [False, ["F_p", "b", "u[0]", "u[1]"], ["b"], ["u[0]", "u[1]"], ["F_p"]]
+
+
+@night
+def test_times_of_steps_are_inputs_too(jax, joint):
+    """By central differences; the first is 0 and moves nothing. Batches that share them are one call, others agree."""
+    x, u = drawn(1)
+    course = hopform.jax.states(joint.Robot(k=1.5), TIMES, u=u, u_times=STEP_TIMES)
+    by = jax.jacrev(lambda t, F: course({"u_times": t, "F_p": F}), argnums=(0, 1))(STEP_TIMES, x["F_p"])
+    h = 1e-6
+    for n in range(1, u.size):
+        sides = [
+            course({"u_times": STEP_TIMES + sign * h * (np.arange(u.size) == n), "F_p": x["F_p"]}) for sign in (1, -1)
+        ]
+        theirs = (sides[0].q - sides[1].q) / (2 * h)
+        np.testing.assert_allclose(by.q[0][:, n], theirs, rtol=0.0, atol=1e-8)
+    assert not np.any(by.q[0][:, 0]) and np.count_nonzero(by.q[0][-1]) > 4
+    only = jax.jacfwd(lambda t: course({"u_times": t, "F_p": x["F_p"]}))(STEP_TIMES)
+    assert_same(jax, only.q, by.q[0])
+    many = np.stack([STEP_TIMES, 0.9 * STEP_TIMES, STEP_TIMES])
+    other = [jax.jacrev(lambda t: course({"u_times": t}))(each) for each in many]
+    stacked = jax.tree_util.tree_map(lambda *each: np.stack(each), *other)
+    assert_same(jax, jax.jit(jax.vmap(jax.jacrev(lambda t: course({"u_times": t}))))(many), stacked)
+    with pytest.raises(hopform.HopformError, match="u_times\\[2\\] must be > the one before"):
+        course({"u_times": STEP_TIMES[[0, 2, 1, 3, 4, 5, 6, 7]]})
 
 
 @night
