@@ -31,7 +31,8 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import MOST_THREADS, Motions, check_names, named_columns, solve_motions
+from hopform._batch import Motions, named_columns, solve_motions
+from hopform._broadcast import MOST_THREADS, check_names
 from hopform._checks import mapping, numbers, positive, refuse_any, whole, word
 from hopform._errors import HopformError
 from hopform._motion import Motion, axes_by_name, input_unit, layout_of, precision_of, state_of_leg

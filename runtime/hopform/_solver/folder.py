@@ -153,8 +153,8 @@ def facts_in(path: Path) -> Facts:
     except (OSError, ValueError, RecursionError) as error:
         raise HopformError(f"{path} cannot be read: {error}") from None
     if data.get("format") != FORMAT:
-        wanted = f"must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}"
-        raise HopformError(f"{path} {wanted}; {MADE_AGAIN}")
+        refusal = f"must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}"
+        raise HopformError(f"{path} {refusal}; {MADE_AGAIN}")
     try:
         data.setdefault("currents", Facts.currents)
         tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}
