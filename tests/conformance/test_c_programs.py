@@ -71,6 +71,29 @@ def test_runs_of_hops_keep_their_contract_and_give_the_bits_of_flights_and_stanc
     assert output_of(built(precision, own, more=("hops",))).endswith("wrong 0\n")
 
 
+VALGRIND = pytest.mark.skipif(
+    not shutil.which("valgrind"), reason="valgrind is absent (on Debian: apt install valgrind)"
+)
+
+
+@pytest.mark.nightly
+@VALGRIND
+@pytest.mark.parametrize("robots", ["one", "random"])
+def test_a_hop_of_a_run_takes_at_most_two_and_a_half_times_the_instructions_of_its_stance(tmp_path, robots):
+    image, own = tmp_path / "cost", ROOT / "tests" / "conformance" / "cost_of_hops.c"
+    library = [*sources(("f64",)), *(C / "src" / f"{unit}_f64.c" for unit in ("batch", "hops"))]
+    run_compiler(*CC, *COMMON, "-O2", *INCLUDE, own, *library, "-o", image, "-lm")
+
+    def instructions(function: str) -> int:
+        count = ("--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect=hopform_{function}_f64")
+        whole = ["valgrind", *count, str(image), str(int(robots == "random"))]
+        done = subprocess.run(whole, capture_output=True, text=True, check=True, timeout=600)
+        assert int(done.stdout) > 10_000
+        return int(re.search(r"Collected : (\d+)", done.stderr)[1])
+
+    assert 1.2 * (stances := instructions("solve_stances")) < instructions("solve_hops") <= 2.5 * stances
+
+
 def test_the_programs_about_pointers_call_every_public_function():
     header = (C / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
     functions = set(re.findall(r"^\w+ \*?hopform_(\w+)_f64\(", header, re.MULTILINE))
