@@ -57,6 +57,7 @@ PROGRAMS = (
       for entry in ("flight", "control", "entry", "reading")),
     *(Program(name, (HERE / f"{name}.c", BOARD, COUNTER)) for name in ("refusals", "garbage")),
     Program("contract_batches", (ROOT / "tests" / "conformance" / "contract_batches.c", COUNTER)),
+    Program("hops", (ROOT / "tests" / "conformance" / "hops.c", COUNTER)),
     Program("batches", (ROOT / "tests" / "conformance" / "batches.c",), arguments=("work",)),
     Program("fuzz_batch", (FUZZ / "fuzz_batch.c", REPLAY, COUNTER), (), (BATCHES, *FOUND)),
     ANSWERS,
