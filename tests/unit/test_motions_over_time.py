@@ -27,6 +27,11 @@ def rig(store) -> Any:
     return solver_of(store, "rig")
 
 
+@pytest.fixture(scope="module")
+def xarray() -> Any:
+    return pytest.importorskip("xarray")
+
+
 def drawn(count: int = 6) -> dict[str, np.ndarray]:
     """Fields of joints, starts and steps of the current, of which some motions come to rest."""
     draw = np.random.default_rng(5)
@@ -306,8 +311,7 @@ def test_no_more_is_begun_than_fits_into_memory(joint):
 # ---- labelled ----
 
 
-def test_labels_name_the_steps_and_the_times(joint):
-    xarray = pytest.importorskip("xarray")
+def test_labels_name_the_steps_and_the_times(joint, xarray):
     given = drawn()
     plain = batch_of(joint, given, u_times=BEGINS, times=SEEN, sensitivities=BY)
     u = xarray.DataArray(given["u"].T, dims=("tick", "case"), coords={"case": np.arange(6)})
