@@ -29,7 +29,17 @@ def rig(store) -> Any:
 
 @pytest.fixture(scope="module")
 def xarray() -> Any:
-    return pytest.importorskip("xarray")
+    """With what it imports when it is first used."""
+    module = pytest.importorskip("xarray")
+    assert module.DataArray([0.0, 1.0], dims="x", coords={"x": [0, 1]}).expand_dims("y").to_dataset(name="z").sel(x=1)
+    return module
+
+
+@pytest.fixture(scope="module")
+def drawing() -> None:
+    """What matplotlib imports when it is first used."""
+    pytest.importorskip("matplotlib")
+    hopform.solve_stances(HOPPER, v2=[-1.93, -1.0]).plot()
 
 
 def drawn(count: int = 6) -> dict[str, np.ndarray]:
@@ -337,6 +347,7 @@ def test_labels_name_the_steps_and_the_times(joint, xarray):
         batch_of(joint, {**other, "u": u}, u_times=begins, times=xarray.DataArray(SEEN, dims="case"))
 
 
+@pytest.mark.usefixtures("drawing")
 def test_a_batch_over_time_shows_itself(joint):
     batch = batch_of(joint, drawn(), u_times=BEGINS, times=SEEN, sensitivities=BY)
     assert "steps = 5, times = 6" in repr(batch) and "<svg" in batch._repr_html_()
@@ -344,7 +355,6 @@ def test_a_batch_over_time_shows_itself(joint):
     with pytest.raises(ValueError, match="read-only"):
         batch.u[...] = 0.0
     stances = hopform.solve_stances(HOPPER, v2=[-1.93, -1.0], u=[1.0, 2.0], u_times=[0.0, 0.05], times=[0.05])
-    pytest.importorskip("matplotlib")
     assert stances.plot().get_ylabel() == "apex [cm]"
 
 
