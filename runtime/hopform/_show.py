@@ -33,7 +33,7 @@ UNITS: dict[str, str] = {
     "x1": "m", "x2": "m", "foot": "m", "ground": "m", "terrain": "m", "compression": "m", "height": "m", "h_des": "m",
     "apex": "m", "lowest": "m", "highest": "m", "error": "m", "worst": "m", "rms": "m", "miss": "m",
     "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A", "compression_max": "m",
-    "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
+    "v1": "m/s", "v2": "m/s", "v2_after": "m/s", "end_compression": "m", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
     "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "leg_loss": "J",
     "contact_force": "N", "chosen_u": "A", "chosen_apex": "m", "fixed_u": "A", "fixed_height": "m",
 }  # fmt: skip
