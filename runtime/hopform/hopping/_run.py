@@ -55,6 +55,8 @@ MOST_STEPS = 2**16 - 1
 """Steps of a current at most."""
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""
+FEW_HOPS = 4
+"""So many hops take less time one by one than the call for many runs takes to begin."""
 TOUCHING_ULP = 4.0
 """A foot so few last digits of L0 from the ground is on it, as for `solve_flight`."""
 Array = NDArray[np.float64]
@@ -581,11 +583,12 @@ def _run(task: _Task, start: State) -> Run:
 
 
 def _is_known(task: _Task, asked: object) -> bool:
-    """Whether nothing of a run needs Python: one current, no errors, nobody who asks for progress, and a leg without a damper, which
-    would hand on what is left of its compression.
+    """Whether nothing of a run needs Python: one current, no errors, nobody who asks for progress, a leg without a damper,
+    which would hand on what is left of its compression; and more than a few hops.
     """
     relaxes = float(task.plant.solver.package.formulas.leg_time(task.plant.parameters)) > 0.0
-    return type(asked) is ConstantCurrent and task.errors == NONE and task.progress is None and not relaxes
+    several = len(task.grounds) > FEW_HOPS
+    return several and type(asked) is ConstantCurrent and task.errors == NONE and task.progress is None and not relaxes
 
 
 def _known_run(task: _Task, start: State, u: float) -> Run | None:
