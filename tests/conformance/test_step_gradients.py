@@ -9,13 +9,18 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-import hopform
+from hopform import Solver, load_solver
 from hopform._solver.package import LegState, column_of_step, column_of_step_time
+from tests.derived import SHIPPED, built
 from tests.oracle.joint import DIGITS, PARAMETERS, Answer, Grazing, Joint
 
 OFF = 1e-20
 LARGEST_ERROR = 1e-12
-SOLVER = hopform.load_solver("joint")
+
+
+@pytest.fixture(scope="module")
+def joint(store) -> Solver:
+    return load_solver(built(store, SHIPPED / "joint.py"))
 
 
 @dataclass(frozen=True)
@@ -81,16 +86,16 @@ def matrix(answer: Answer) -> np.ndarray:
     return np.array([answer.T.by, answer.q.by, answer.v.by], dtype=object)
 
 
-def engine(draw: Draw) -> tuple[int, np.ndarray]:
+def engine(joint: Solver, draw: Draw) -> tuple[int, np.ndarray]:
     """The phases' events and the same rows as the library gives them."""
-    robot = SOLVER.Robot(**dict(zip(PARAMETERS, draw.parameters, strict=True)))
+    robot = joint.Robot(**dict(zip(PARAMETERS, draw.parameters, strict=True)))
     of = robot.solver
     q_0 = draw.parameters[2]
     state = LegState(draw.start[0], draw.start[1], 0.0, draw.start[0] - q_0)
     steps = tuple(zip(draw.times, draw.currents, strict=True))
     found = of.compiled().solve_stance(robot.parameters, state, steps, draw.horizon, 4096, np.dtype(float))
-    names, count = list(of.package.elements.COLUMNS), len(steps)
-    codes = [names.index(name) for name in ("x1", "v1", "y", *PARAMETERS)]
+    count = len(steps)
+    codes = [0, 1, 2, *(5 + robot.parameters._fields.index(name) for name in PARAMETERS)]  # x1, v1, y, and behind u
     codes += [column_of_step(of.package, n) for n in range(count)]
     codes += [column_of_step_time(of.package, n) for n in range(1, count)]
     T, x1, v1 = found.sensitivities(codes)[:3]
@@ -101,16 +106,16 @@ def engine(draw: Draw) -> tuple[int, np.ndarray]:
     return len(list(found.events())), np.delete(rows, 2, axis=1)
 
 
-def error_of(draw: Draw) -> tuple[float, float]:
+def error_of(joint: Solver, draw: Draw) -> tuple[float, float]:
     """The largest error over max(1, condition number), and that number; Grazing for a draw that is excluded."""
     found = exact(draw)
     sizes = draw.sizes()
     with mp.workdps(DIGITS):
         true = matrix(found) * sizes
         other = matrix(exact(draw, off=1)) * sizes
-        largest = np.array([max(max(abs(each) for each in row), mp.mpf(10) ** -300) for row in true])
+        largest = np.array([max(*(abs(each) for each in row), mp.mpf(10) ** -300) for row in true])
         condition = max(float(max(abs(row)) / size / OFF) for row, size in zip(other - true, largest, strict=True))
-        events, ours = engine(draw)
+        events, ours = engine(joint, draw)
         assert events >= found.events
         errors = [
             float(max(abs(mp.mpf(float(each)) - it) for each, it in zip(row, exactly, strict=True)) / size)
@@ -119,28 +124,28 @@ def error_of(draw: Draw) -> tuple[float, float]:
     return max(errors) / max(1.0, condition), condition
 
 
-def errors(seeds: range, steps: int) -> tuple[list[float], int]:
+def errors(joint: Solver, seeds: range, steps: int) -> tuple[list[float], int]:
     """Those of the draws that do not graze, and how many do."""
     found, grazing = [], 0
     for seed in seeds:
         try:
-            found.append(error_of(drawn(seed, steps))[0])
+            found.append(error_of(joint, drawn(seed, steps))[0])
         except Grazing:
             grazing += 1
     return found, grazing
 
 
-def test_few_steps_have_the_gradients_of_the_reference():
-    found, grazing = errors(range(6), 6)
+def test_few_steps_have_the_gradients_of_the_reference(joint):
+    found, grazing = errors(joint, range(6), 6)
     assert grazing <= 2
     assert max(found) <= LARGEST_ERROR
 
 
 @pytest.mark.sliced
 @pytest.mark.parametrize("part", range(8))
-def test_fifty_steps_have_the_gradients_of_the_reference(part):
+def test_fifty_steps_have_the_gradients_of_the_reference(joint, part):
     """25 of 200 joints a part."""
-    found, grazing = errors(range(1000 + 25 * part, 1025 + 25 * part), 50)
+    found, grazing = errors(joint, range(1000 + 25 * part, 1025 + 25 * part), 50)
     assert grazing <= 8
     assert max(found) <= LARGEST_ERROR
 

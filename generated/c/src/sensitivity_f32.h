@@ -237,10 +237,10 @@ static const float *answer_f32(answers_f32 *answers, int row, int c) {
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static robot_change_f32 robot_change_of_column_f32(int32_t code) {
+static inline robot_change_by_field_f32 robot_change_of_column_f32(int32_t code) {
     robot_change_by_field_f32 change = {{0}};
     if (code >= ROBOT_f32 && code < COLUMNS_f32) { change.of[code - ROBOT_f32] = 1.0f; }
-    return change.named;
+    return change;
 }
 
 /* Whether a column stands for the input of a step, which that of all of them moves, too. */
@@ -250,22 +250,22 @@ static bool moves_input_f32(int32_t code, int32_t step) {
 
 /* How a stop moves with what a column stands for. */
 static float stop_change_f32(const hopform_plan_f32 *plan, int32_t code, bool upper) {
-    const robot_change_f32 by = robot_change_of_column_f32(code);
-    return upper ? upper_stop_change_f32(&plan->robot, &by) : lower_stop_change_f32(&plan->robot, &by);
+    const robot_change_by_field_f32 by = robot_change_of_column_f32(code);
+    return upper ? upper_stop_change_f32(&plan->robot, &by.named) : lower_stop_change_f32(&plan->robot, &by.named);
 }
 
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
 static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode,
                                                   int32_t code) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
-    const robot_change_f32 robot = robot_change_of_column_f32(code);
+    const robot_change_by_field_f32 robot = robot_change_of_column_f32(code);
     const int limit = limit_of_mode_f32(mode->row);
     float input = moves_input_f32(code, phase->step) ? 1.0f : 0.0f;
-    if (limit != 0) { input = input_at_limit_change_f32(&variation->plan->robot, (float)limit, &robot, input); }
+    if (limit != 0) { input = input_at_limit_change_f32(&variation->plan->robot, (float)limit, &robot.named, input); }
     slopes_by_share_f32 slopes;
     slopes.named =
         slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)side_of_mode_f32(mode->row, 0),
-                       (float)side_of_mode_f32(mode->row, 1), (float)limit, &robot, input);
+                       (float)side_of_mode_f32(mode->row, 1), (float)limit, &robot.named, input);
     return slopes;
 }
 
@@ -308,6 +308,7 @@ static void travel_f32(variation_f32 *variation, float t, bool wants_state) {
         if (!is_free_f32(code, phase->step)) {
             const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, mode, code);
             for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+                if (row < HOPFORM_ELEMENTS && HOPFORM_NEVER_MOVES(row)) { continue; }
                 UNROLLED_f32 for (int c = 0; c < SHARES_f32; c++) {
                     const float slope = slopes.of[row * SHARES_f32 + c];
                     if (fabs_f32(slope) > 0.0f) { add_f32(&end, answer_f32(&answers, row, c), slope); }
@@ -356,10 +357,10 @@ static void cross_slip_f32(variation_f32 *variation, int element, const state_by
     variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
     for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
         const int32_t code = code_at_f32(variation, column);
-        const robot_change_f32 robot = robot_change_of_column_f32(code);
+        const robot_change_by_field_f32 robot = robot_change_of_column_f32(code);
         state_by_axis_f32 change = change_of_column_f32(variation, column);
         excess_by_side_f32 excess;
-        excess.named = excess_change_f32(&plan->robot, &robot);
+        excess.named = excess_change_f32(&plan->robot, &robot.named);
         const float at_rest = (float)side * excess.of[side_index_f32(element, side)];
         const float early =
             free_slope_f32(rates, element, &change) + direct_slope_f32(variation, entered, element, code) - at_rest;
@@ -510,10 +511,10 @@ static bool ends_later_f32(variation_f32 *variation, const hopform_stance_f32 *s
     const float contact_rate = contact_slope_f32(robot, speed);
     if (ended_by != ENDED_BY_ROOT_f32 || !(fabs_f32(contact_rate) > 0.0f)) { return false; }
     for (int32_t column = 0; column < variation->chosen.count; column++) {
-        const robot_change_f32 by = robot_change_of_column_f32(code_at_f32(variation, column));
+        const robot_change_by_field_f32 by = robot_change_of_column_f32(code_at_f32(variation, column));
         const hopform_state_f32 *end = &stance->end;
         const state_by_axis_f32 change = change_of_column_f32(variation, column);
-        put_late_f32(variation, column, -contact_change_f32(robot, end, &by, &change.change) / contact_rate);
+        put_late_f32(variation, column, -contact_change_f32(robot, end, &by.named, &change.change) / contact_rate);
     }
     return true;
 #else
@@ -531,14 +532,14 @@ static bool put_rows_of_contact_f32(const variation_f32 *variation, const hopfor
     const hopform_state_f32 *end = &stance->end;
     const float fall = is_left_f32(stance) ? fall_of_f32(robot) : 0.0f;
     if (fall > 0.0f && !(fall * fall > 0.0f)) { return false; } /* by which the apex's derivative divides */
-    const robot_change_f32 by = robot_change_of_column_f32(code);
+    const robot_change_by_field_f32 by = robot_change_of_column_f32(code);
     state_by_axis_f32 unit;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         unit.of[i] = code == column_of_axis_f32[i] ? 1.0f : 0.0f;
     }
-    rows[0] = fall > 0.0f ? apex_change_f32(robot, end, &by, &change->change) : 0.0f;
-    rows[1] = body_energy_change_f32(robot, end, &by, &change->change)
-              - body_energy_change_f32(robot, &start, &by, &unit.change);
+    rows[0] = fall > 0.0f ? apex_change_f32(robot, end, &by.named, &change->change) : 0.0f;
+    rows[1] = body_energy_change_f32(robot, end, &by.named, &change->change)
+              - body_energy_change_f32(robot, &start, &by.named, &unit.change);
     return true;
 }
 #endif
@@ -552,7 +553,7 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
     for (int32_t column = 0; exists && column < count; column++) {
         state_by_axis_f32 change = change_of_column_f32(variation, column);
         const int32_t code = code_at_f32(variation, column);
-        const robot_change_f32 by = robot_change_of_column_f32(code);
+        const robot_change_by_field_f32 by = robot_change_of_column_f32(code);
         const float late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             change.of[i] += speed.of[i] * late;
@@ -565,7 +566,7 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
         rows[0] = late;
         rows[1] = change.of[0];
         rows[2] = change.of[1];
-        rows[3] = height_change_f32(robot, &stance->end, &by, &change.change);
+        rows[3] = height_change_f32(robot, &stance->end, &by.named, &change.change);
         rows[4] = change.of[2];
         for (int row = 0; exists && row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[(ptrdiff_t)row * count + column] = rows[row];

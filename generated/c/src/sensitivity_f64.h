@@ -237,10 +237,10 @@ static const double *answer_f64(answers_f64 *answers, int row, int c) {
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static robot_change_f64 robot_change_of_column_f64(int32_t code) {
+static inline robot_change_by_field_f64 robot_change_of_column_f64(int32_t code) {
     robot_change_by_field_f64 change = {{0}};
     if (code >= ROBOT_f64 && code < COLUMNS_f64) { change.of[code - ROBOT_f64] = 1.0; }
-    return change.named;
+    return change;
 }
 
 /* Whether a column stands for the input of a step, which that of all of them moves, too. */
@@ -250,22 +250,22 @@ static bool moves_input_f64(int32_t code, int32_t step) {
 
 /* How a stop moves with what a column stands for. */
 static double stop_change_f64(const hopform_plan_f64 *plan, int32_t code, bool upper) {
-    const robot_change_f64 by = robot_change_of_column_f64(code);
-    return upper ? upper_stop_change_f64(&plan->robot, &by) : lower_stop_change_f64(&plan->robot, &by);
+    const robot_change_by_field_f64 by = robot_change_of_column_f64(code);
+    return upper ? upper_stop_change_f64(&plan->robot, &by.named) : lower_stop_change_f64(&plan->robot, &by.named);
 }
 
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
 static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, const mode_f64 *mode,
                                                   int32_t code) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
-    const robot_change_f64 robot = robot_change_of_column_f64(code);
+    const robot_change_by_field_f64 robot = robot_change_of_column_f64(code);
     const int limit = limit_of_mode_f64(mode->row);
     double input = moves_input_f64(code, phase->step) ? 1.0 : 0.0;
-    if (limit != 0) { input = input_at_limit_change_f64(&variation->plan->robot, (double)limit, &robot, input); }
+    if (limit != 0) { input = input_at_limit_change_f64(&variation->plan->robot, (double)limit, &robot.named, input); }
     slopes_by_share_f64 slopes;
     slopes.named =
         slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)side_of_mode_f64(mode->row, 0),
-                       (double)side_of_mode_f64(mode->row, 1), (double)limit, &robot, input);
+                       (double)side_of_mode_f64(mode->row, 1), (double)limit, &robot.named, input);
     return slopes;
 }
 
@@ -308,6 +308,7 @@ static void travel_f64(variation_f64 *variation, double t, bool wants_state) {
         if (!is_free_f64(code, phase->step)) {
             const slopes_by_share_f64 slopes = slopes_of_column_f64(variation, mode, code);
             for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+                if (row < HOPFORM_ELEMENTS && HOPFORM_NEVER_MOVES(row)) { continue; }
                 UNROLLED_f64 for (int c = 0; c < SHARES_f64; c++) {
                     const double slope = slopes.of[row * SHARES_f64 + c];
                     if (fabs_f64(slope) > 0.0) { add_f64(&end, answer_f64(&answers, row, c), slope); }
@@ -356,10 +357,10 @@ static void cross_slip_f64(variation_f64 *variation, int element, const state_by
     variation->exists = variation->exists && fabs_f64(rate) > 0.0;
     for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
         const int32_t code = code_at_f64(variation, column);
-        const robot_change_f64 robot = robot_change_of_column_f64(code);
+        const robot_change_by_field_f64 robot = robot_change_of_column_f64(code);
         state_by_axis_f64 change = change_of_column_f64(variation, column);
         excess_by_side_f64 excess;
-        excess.named = excess_change_f64(&plan->robot, &robot);
+        excess.named = excess_change_f64(&plan->robot, &robot.named);
         const double at_rest = (double)side * excess.of[side_index_f64(element, side)];
         const double early =
             free_slope_f64(rates, element, &change) + direct_slope_f64(variation, entered, element, code) - at_rest;
@@ -510,10 +511,10 @@ static bool ends_later_f64(variation_f64 *variation, const hopform_stance_f64 *s
     const double contact_rate = contact_slope_f64(robot, speed);
     if (ended_by != ENDED_BY_ROOT_f64 || !(fabs_f64(contact_rate) > 0.0)) { return false; }
     for (int32_t column = 0; column < variation->chosen.count; column++) {
-        const robot_change_f64 by = robot_change_of_column_f64(code_at_f64(variation, column));
+        const robot_change_by_field_f64 by = robot_change_of_column_f64(code_at_f64(variation, column));
         const hopform_state_f64 *end = &stance->end;
         const state_by_axis_f64 change = change_of_column_f64(variation, column);
-        put_late_f64(variation, column, -contact_change_f64(robot, end, &by, &change.change) / contact_rate);
+        put_late_f64(variation, column, -contact_change_f64(robot, end, &by.named, &change.change) / contact_rate);
     }
     return true;
 #else
@@ -531,14 +532,14 @@ static bool put_rows_of_contact_f64(const variation_f64 *variation, const hopfor
     const hopform_state_f64 *end = &stance->end;
     const double fall = is_left_f64(stance) ? fall_of_f64(robot) : 0.0;
     if (fall > 0.0 && !(fall * fall > 0.0)) { return false; } /* by which the apex's derivative divides */
-    const robot_change_f64 by = robot_change_of_column_f64(code);
+    const robot_change_by_field_f64 by = robot_change_of_column_f64(code);
     state_by_axis_f64 unit;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         unit.of[i] = code == column_of_axis_f64[i] ? 1.0 : 0.0;
     }
-    rows[0] = fall > 0.0 ? apex_change_f64(robot, end, &by, &change->change) : 0.0;
-    rows[1] = body_energy_change_f64(robot, end, &by, &change->change)
-              - body_energy_change_f64(robot, &start, &by, &unit.change);
+    rows[0] = fall > 0.0 ? apex_change_f64(robot, end, &by.named, &change->change) : 0.0;
+    rows[1] = body_energy_change_f64(robot, end, &by.named, &change->change)
+              - body_energy_change_f64(robot, &start, &by.named, &unit.change);
     return true;
 }
 #endif
@@ -552,7 +553,7 @@ static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stanc
     for (int32_t column = 0; exists && column < count; column++) {
         state_by_axis_f64 change = change_of_column_f64(variation, column);
         const int32_t code = code_at_f64(variation, column);
-        const robot_change_f64 by = robot_change_of_column_f64(code);
+        const robot_change_by_field_f64 by = robot_change_of_column_f64(code);
         const double late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             change.of[i] += speed.of[i] * late;
@@ -565,7 +566,7 @@ static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stanc
         rows[0] = late;
         rows[1] = change.of[0];
         rows[2] = change.of[1];
-        rows[3] = height_change_f64(robot, &stance->end, &by, &change.change);
+        rows[3] = height_change_f64(robot, &stance->end, &by.named, &change.change);
         rows[4] = change.of[2];
         for (int row = 0; exists && row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[(ptrdiff_t)row * count + column] = rows[row];

@@ -237,10 +237,10 @@ static const real *answer_real(answers_real *answers, int row, int c) {
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static robot_change_real robot_change_of_column_real(int32_t code) {
+static inline robot_change_by_field_real robot_change_of_column_real(int32_t code) {
     robot_change_by_field_real change = {{0}};
     if (code >= ROBOT_real && code < COLUMNS_real) { change.of[code - ROBOT_real] = 1.0; }
-    return change.named;
+    return change;
 }
 
 /* Whether a column stands for the input of a step, which that of all of them moves, too. */
@@ -250,22 +250,22 @@ static bool moves_input_real(int32_t code, int32_t step) {
 
 /* How a stop moves with what a column stands for. */
 static real stop_change_real(const hopform_plan_real *plan, int32_t code, bool upper) {
-    const robot_change_real by = robot_change_of_column_real(code);
-    return upper ? upper_stop_change_real(&plan->robot, &by) : lower_stop_change_real(&plan->robot, &by);
+    const robot_change_by_field_real by = robot_change_of_column_real(code);
+    return upper ? upper_stop_change_real(&plan->robot, &by.named) : lower_stop_change_real(&plan->robot, &by.named);
 }
 
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
 static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode,
                                                   int32_t code) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
-    const robot_change_real robot = robot_change_of_column_real(code);
+    const robot_change_by_field_real robot = robot_change_of_column_real(code);
     const int limit = limit_of_mode_real(mode->row);
     real input = moves_input_real(code, phase->step) ? 1.0 : 0.0;
-    if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot, input); }
+    if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot.named, input); }
     slopes_by_share_real slopes;
     slopes.named =
         slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)side_of_mode_real(mode->row, 0),
-                       (real)side_of_mode_real(mode->row, 1), (real)limit, &robot, input);
+                       (real)side_of_mode_real(mode->row, 1), (real)limit, &robot.named, input);
     return slopes;
 }
 
@@ -308,6 +308,7 @@ static void travel_real(variation_real *variation, real t, bool wants_state) {
         if (!is_free_real(code, phase->step)) {
             const slopes_by_share_real slopes = slopes_of_column_real(variation, mode, code);
             for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+                if (row < HOPFORM_ELEMENTS && HOPFORM_NEVER_MOVES(row)) { continue; }
                 UNROLLED_real for (int c = 0; c < SHARES_real; c++) {
                     const real slope = slopes.of[row * SHARES_real + c];
                     if (fabs_real(slope) > 0.0) { add_real(&end, answer_real(&answers, row, c), slope); }
@@ -356,10 +357,10 @@ static void cross_slip_real(variation_real *variation, int element, const state_
     variation->exists = variation->exists && fabs_real(rate) > 0.0;
     for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
         const int32_t code = code_at_real(variation, column);
-        const robot_change_real robot = robot_change_of_column_real(code);
+        const robot_change_by_field_real robot = robot_change_of_column_real(code);
         state_by_axis_real change = change_of_column_real(variation, column);
         excess_by_side_real excess;
-        excess.named = excess_change_real(&plan->robot, &robot);
+        excess.named = excess_change_real(&plan->robot, &robot.named);
         const real at_rest = (real)side * excess.of[side_index_real(element, side)];
         const real early =
             free_slope_real(rates, element, &change) + direct_slope_real(variation, entered, element, code) - at_rest;
@@ -510,10 +511,10 @@ static bool ends_later_real(variation_real *variation, const hopform_stance_real
     const real contact_rate = contact_slope_real(robot, speed);
     if (ended_by != ENDED_BY_ROOT_real || !(fabs_real(contact_rate) > 0.0)) { return false; }
     for (int32_t column = 0; column < variation->chosen.count; column++) {
-        const robot_change_real by = robot_change_of_column_real(code_at_real(variation, column));
+        const robot_change_by_field_real by = robot_change_of_column_real(code_at_real(variation, column));
         const hopform_state_real *end = &stance->end;
         const state_by_axis_real change = change_of_column_real(variation, column);
-        put_late_real(variation, column, -contact_change_real(robot, end, &by, &change.change) / contact_rate);
+        put_late_real(variation, column, -contact_change_real(robot, end, &by.named, &change.change) / contact_rate);
     }
     return true;
 #else
@@ -531,14 +532,14 @@ static bool put_rows_of_contact_real(const variation_real *variation, const hopf
     const hopform_state_real *end = &stance->end;
     const real fall = is_left_real(stance) ? fall_of_real(robot) : 0.0;
     if (fall > 0.0 && !(fall * fall > 0.0)) { return false; } /* by which the apex's derivative divides */
-    const robot_change_real by = robot_change_of_column_real(code);
+    const robot_change_by_field_real by = robot_change_of_column_real(code);
     state_by_axis_real unit;
     for (int i = 0; i < HOPFORM_AXES; i++) {
         unit.of[i] = code == column_of_axis_real[i] ? 1.0 : 0.0;
     }
-    rows[0] = fall > 0.0 ? apex_change_real(robot, end, &by, &change->change) : 0.0;
-    rows[1] = body_energy_change_real(robot, end, &by, &change->change)
-              - body_energy_change_real(robot, &start, &by, &unit.change);
+    rows[0] = fall > 0.0 ? apex_change_real(robot, end, &by.named, &change->change) : 0.0;
+    rows[1] = body_energy_change_real(robot, end, &by.named, &change->change)
+              - body_energy_change_real(robot, &start, &by.named, &unit.change);
     return true;
 }
 #endif
@@ -552,7 +553,7 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
     for (int32_t column = 0; exists && column < count; column++) {
         state_by_axis_real change = change_of_column_real(variation, column);
         const int32_t code = code_at_real(variation, column);
-        const robot_change_real by = robot_change_of_column_real(code);
+        const robot_change_by_field_real by = robot_change_of_column_real(code);
         const real late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             change.of[i] += speed.of[i] * late;
@@ -565,7 +566,7 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
         rows[0] = late;
         rows[1] = change.of[0];
         rows[2] = change.of[1];
-        rows[3] = height_change_real(robot, &stance->end, &by, &change.change);
+        rows[3] = height_change_real(robot, &stance->end, &by.named, &change.change);
         rows[4] = change.of[2];
         for (int row = 0; exists && row < HOPFORM_SENSITIVITY_ROWS; row++) {
             matrix[(ptrdiff_t)row * count + column] = rows[row];
