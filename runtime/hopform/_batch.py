@@ -535,9 +535,9 @@ def _memory_of(robot: Robot, how: _How, by: Columns | None) -> int:
 
 def memory_of_each(rows: int, columns: int, steps: int, times: int) -> int:
     """[B] that a motion takes with rows and columns of derivatives, steps of its input and times: derivatives twice while
-    they are put into the coordinates of the inputs.
+    they are put into the coordinates of the inputs, those of states three times.
     """
-    return EACH + 8 * steps + 64 * times + 16 * (rows + len(AXES) * times) * columns
+    return EACH + 8 * steps + 64 * times + (16 * rows + 24 * len(AXES) * times) * columns
 
 
 def _columns_of(solver: Solver, how: _How, by: Columns | None) -> int:
