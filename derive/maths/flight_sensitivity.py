@@ -85,7 +85,7 @@ def time_of_fall_change(model: Model) -> Steps:
         Step(root, sp.sqrt(square), "the velocity there"),
         Step(flight.touchdown_time, (v2 + root) / model.fall, "ballistic"),
     )
-    yield from _by_root(_changed(model, steps, (v2, drop), TOUCHDOWN_TIME_CHANGE.symbols))
+    yield from _by_root(_changed(model, steps, (v2, drop), (root, *TOUCHDOWN_TIME_CHANGE.symbols)))
 
 
 @function(takes=(ROBOT, STATE.quantities[2], ROBOT_CHANGE, V2_CHANGE), returns=V2_AFTER_CHANGE)
@@ -96,4 +96,4 @@ def velocity_after_impact_change(model: Model) -> Steps:
         Step(root, sp.sqrt(square), "share of the velocity that is left"),
         Step(flight.v2_after, v2 * root, "impact loss"),
     )
-    yield from _by_root(_changed(model, steps, (v2,), V2_AFTER_CHANGE.symbols))
+    yield from _by_root(_changed(model, steps, (v2,), (root, *V2_AFTER_CHANGE.symbols)))

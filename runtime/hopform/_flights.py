@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, cast
 
 import numpy as np
@@ -58,7 +59,7 @@ class Flights(Motions):
     apex_time: NDArray[np.floating] = dataclasses.field(kw_only=True)
     impact_loss: NDArray[np.floating] = dataclasses.field(kw_only=True)
     leg_loss: NDArray[np.floating] = dataclasses.field(kw_only=True)
-    gains: Gains[NDArray[np.floating]] = dataclasses.field(kw_only=True)
+    gains: Gains = dataclasses.field(kw_only=True)
     times: NDArray[np.floating] | None = dataclasses.field(kw_only=True, default=None)
     states: State[NDArray[np.floating]] | None = dataclasses.field(kw_only=True, default=None)
 
@@ -87,12 +88,12 @@ class Flights(Motions):
         return self._told("flights", [("apex", span(self.apex)), ("v2_after", span(self.v2_after))])
 
     def _arrays(self) -> Arrays:
-        arrays = dict(super()._arrays())
+        arrays: dict[str, Any] = dict(super()._arrays())
         dims = arrays["status"][0]
         arrays |= {name: (dims, values, {"units": _UNITS[name]}) for name, values in self.gains._asdict().items()}
         if self.states is not None:
             over = (*dims, "time")
-            arrays["time"] = (("time",), self.times, {"units": "s"})
+            arrays["time"] = ("time",), cast(Any, self.times), {"units": "s"}
             arrays |= {
                 name: (over, values, {"units": self._units[name]}) for name, values in self.states._asdict().items()
             }
@@ -197,10 +198,8 @@ def _check(robot: Robot, columns: Mapping[str, Column], robots: Any) -> None:
     refuse_any("a flight", fall, np.asarray(fall) > 0.0, lambda bad: f"needs g > 0 m/s^2, got {bad!r}")
     for name in Gains._fields:
         if name in columns:
-            gain = columns[name]
-            refuse_any(
-                name, gain, np.asarray(gain) >= 0.0, lambda bad, name=name: f"must be >= 0 {_UNITS[name]}, got {bad!r}"
-            )
+            allowed = f"must be >= 0 {_UNITS[name]}"
+            refuse_any(name, columns[name], np.asarray(columns[name]) >= 0.0, partial("{}, got {!r}".format, allowed))
 
 
 def _leg_and_ground(robot: Robot, columns: Mapping[str, Column], robots: Any) -> tuple[Column, Column]:

@@ -562,8 +562,122 @@ static void over_what_is_asked(void)
     }
 }
 
+/* ---- flights ---- */
+
+enum { FLIGHT_READ = HOPFORM_ROBOT_FIELDS + 8, FLIGHT_RESULTS = 15 };
+
+/* A batch of flights: its columns of inputs and results in the order of their structs. */
+typedef struct {
+    OF(flights_in) in;
+    OF(flights_out) out;
+    real read[FLIGHT_READ][COUNT];
+    real results[FLIGHT_RESULTS][COUNT];
+    real times[2];
+    int32_t columns[2];
+    OF(state) states[COUNT * 2];
+    real matrices[COUNT * HOPFORM_FLIGHT_ROWS * 2];
+    real event_time[COUNT * EVENTS];
+    int8_t event_kind[COUNT * EVENTS];
+    OF(flight_phase) phases[PHASES];
+} flights;
+
+static OF(input) * flight_input(flights *b, int n)
+{
+    return (OF(input) *)(void *)&b->in + n;
+}
+
+static OF(output) * flight_output(flights *b, int n)
+{
+    return (OF(output) *)(void *)&b->out + n;
+}
+
+/* Of the stances' inputs all but the input, then the ground, gains and the horizon; a take-off. */
+static void fly_apart(flights *b)
+{
+    const real takeoff[] = {0, (real)0.2, (real)1.5, 0, 0, 9000, 600, 3};
+    memset(b, 0, sizeof *b);
+    for (int n = 0; n < FLIGHT_READ; n++) {
+        for (int i = 0; i < COUNT; i++) {
+            b->read[n][i] = n < HOPFORM_ROBOT_FIELDS ? numbers[n] : takeoff[n - HOPFORM_ROBOT_FIELDS];
+        }
+        flight_input(b, n)->first = b->read[n];
+        flight_input(b, n)->stride = sizeof(real);
+    }
+    b->in.max_phases = PHASES - 1;
+    for (int n = 0; n < FLIGHT_RESULTS; n++) {
+        flight_output(b, n)->first = b->results[n];
+        flight_output(b, n)->stride = sizeof(real);
+    }
+    b->times[1] = (real)0.05;
+    b->columns[1] = HOPFORM_COLUMN_OF_KP;
+    b->out.phases = b->phases;
+    b->out.phase_capacity = PHASES;
+    b->out.event_time = b->event_time;
+    b->out.event_kind = b->event_kind;
+    b->out.event_capacity = EVENTS;
+    b->out.times = b->times;
+    b->out.time_count = 2;
+    b->out.states = b->states;
+    b->out.columns = b->columns;
+    b->out.column_count = 2;
+    b->out.sensitivities = b->matrices;
+}
+
+static int32_t fly(flights *b)
+{
+    return OF(solve_flights)(COUNT, &b->in, &b->out);
+}
+
+static void flights_refuse(void)
+{
+    static flights b;
+    fly_apart(&b);
+    (void)feclearexcept(FE_ALL_EXCEPT);
+    holds(fly(&b) == HOPFORM_OK && code(b.results[0]) == HOPFORM_FLIGHT_TOUCHDOWN, "a flight", code(b.results[0]), 0);
+    holds(fetestexcept(FE_ALL_EXCEPT) == 0, "flags of the processor", fetestexcept(FE_ALL_EXCEPT), 1);
+    holds(OF(solve_flights)(COUNT, NULL, NULL) == HOPFORM_ERROR_NULL, "no flights", 0, 0);
+    holds(OF(solve_flights)(COUNT, NULL, &b.out) == HOPFORM_ERROR_NULL && is_nan(b.results[1]), "no inputs", 1, 0);
+    for (int n = 0; n < FLIGHT_READ; n++) {
+        fly_apart(&b);
+        flight_input(&b, n)->first = NULL;
+        holds(fly(&b) == HOPFORM_ERROR_NULL && code(b.results[0]) == HOPFORM_ERROR_NULL && is_nan(b.results[1]),
+              "an input of flights is NULL", n, code(b.results[0]));
+        for (int m = 0; m < FLIGHT_RESULTS; m++) {
+            fly_apart(&b);
+            const real before = b.read[n][COUNT - 1];
+            flight_output(&b, m)->first = b.read[n];
+            holds(fly(&b) == HOPFORM_ERROR_OVERLAP && b.read[n][COUNT - 1] == before, "results of flights overlap", n, m);
+            holds(m == 0 || code(b.results[0]) == HOPFORM_ERROR_OVERLAP, "flights, overlap, no status", n, m);
+        }
+    }
+    const void *const inside[] = {b.phases, b.states, b.matrices, b.event_time, b.event_kind};
+    for (int n = 0; n < 5; n++) {
+        for (int what = 0; what < 2; what++) {
+            fly_apart(&b);
+            b.out.times = what == 0 ? (const real *)inside[n] : b.times;
+            b.out.columns = what == 1 ? (const int32_t *)inside[n] : b.columns;
+            holds(fly(&b) == HOPFORM_ERROR_OVERLAP && code(b.results[0]) == HOPFORM_ERROR_OVERLAP,
+                  "times or columns in a list", n, what);
+        }
+        fly_apart(&b);
+        flight_input(&b, 2)->first = inside[n];
+        flight_input(&b, 2)->stride = 0;
+        holds(fly(&b) == HOPFORM_ERROR_OVERLAP, "an input in a list", n, 0);
+    }
+    for (int n = 0; n < FLIGHT_RESULTS; n++) {
+        fly_apart(&b);
+        flight_output(&b, n)->first = NULL;
+        holds(fly(&b) == HOPFORM_OK, "a column of flights is NULL", n, 0);
+        flight_output(&b, n)->first = &b.in;
+        flight_output(&b, n)->stride = 0;
+        const OF(flights_in) in = b.in;
+        holds(fly(&b) == HOPFORM_ERROR_OVERLAP && memcmp(&in, &b.in, sizeof in) == 0, "flights over their struct", n, 0);
+    }
+}
+
 int main(void)
 {
+    flights_refuse();
     no_pointer();
     no_room();
     overlaps();

@@ -31,7 +31,17 @@ static void read_flight(const T(plan) *plan, const T(flight_phase) *phases, cons
     T(energy) energies[2];
     T(flight_ledger) ledgers[2];
     real losses[2];
+    int32_t columns[3];
+    real matrix[HOPFORM_FLIGHT_ROWS * HOPFORM_FLIGHT_COLUMNS];
     T(flight_at)(plan, phases, flight, times, 2, states);
+    const int32_t known = T(flight_sensitivities)(plan, phases, flight, NULL, 0, matrix);
+    for (int n = 0; n < HOPFORM_FLIGHT_ROWS * HOPFORM_FLIGHT_COLUMNS; n++) {
+        must(isfinite(matrix[n]) && (known == HOPFORM_OK || matrix[n] == 0));
+    }
+    for (int n = 0; n < 3; n++) {
+        columns[n] = early > n ? n * n : HOPFORM_FLIGHT_COLUMNS - n;
+    }
+    T(flight_sensitivities)(plan, phases, flight, columns, 3, matrix);
     T(flight_energy)(plan, phases, flight, times, 2, energies, ledgers, losses);
 }
 

@@ -69,7 +69,7 @@ def test_an_export_in_one_precision_is_that_of_the_generator(tmp_path):
     left = {
         file.relative_to(tmp_path / "c") for file in (tmp_path / "c").rglob("*") if file.is_file()
     } - exported.keys()
-    assert all(re.match(r"(batch|columns|notes)", path.name) for path in left), left
+    assert all(re.match(r"(batch|columns|flights|hops|notes)", path.name) for path in left), left
 
 
 WORD = re.compile(r"[A-Za-z0-9]+")

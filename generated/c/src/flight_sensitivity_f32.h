@@ -191,8 +191,10 @@ static convolved_f32 convolved_of_response_f32(const alone_pair_f32 *pair, const
         };
         return apart;
     }
-    float none = (at->R * (1.0f - mean * t) - t * at->Rd) / (2.0f * square);
-    if (!(z > 1.0f)) {
+    float none;
+    if (z > 1.0f) {
+        none = 0.5f * (at->R * (1.0f - mean * t) - t * at->Rd) / square;
+    } else {
         float sum = 0.0f;
         for (int n = NEAR_TERMS_f32 - 1; n >= 0; n--) {
             sum = near_f32[n] - z * sum;
@@ -473,6 +475,17 @@ static void put_flight_rows_f32(const flight_variation_f32 *variation, const fli
     }
 }
 
+/* Whether roots that gains and impact are formed by have a derivative: none is of 0. */
+static bool has_roots_f32(const hopform_plan_f32 *plan, const hopform_flight_f32 *flight) {
+    const hopform_robot_f32 *robot = &plan->robot;
+    const hopform_state_f32 *start = &flight->start;
+    const float square = start->v2 * start->v2 + 2.0f * fall_of_f32(robot) * start->x1;
+    const bool lands = flight->ending == HOPFORM_FLIGHT_TOUCHDOWN;
+    const bool is_short = !(start->v2 / fall_of_f32(robot) - 0.05f > 0.02f);
+    const bool returns = flight->designed == 0 || is_short || square > 0.0f || square < 0.0f;
+    return returns && (!lands || velocity_after_impact_f32(robot, 1.0f) > 0.0f);
+}
+
 /* The matrix of a solved flight; whether it has one. */
 static bool put_flight_matrix_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                    const hopform_flight_f32 *flight, const int32_t *columns, int32_t count,
@@ -481,6 +494,7 @@ static bool put_flight_matrix_f32(const hopform_plan_f32 *plan, const hopform_fl
         plan, phases, flight, rates_of_flight_f32(plan, flight), columns, count, matrix + count, matrix + 2 * count,
         true,
     };
+    if (!has_roots_f32(plan, flight)) { return false; }
     follow_flight_f32(&variation);
     const hopform_flight_phase_f32 *last = &phases[flight->phases_kept - 1];
     const hopform_poles_f32 poles = poles_in_flight_f32(&variation.rates, last->limit);

@@ -191,8 +191,10 @@ static convolved_f64 convolved_of_response_f64(const alone_pair_f64 *pair, const
         };
         return apart;
     }
-    double none = (at->R * (1.0 - mean * t) - t * at->Rd) / (2.0 * square);
-    if (!(z > 1.0)) {
+    double none;
+    if (z > 1.0) {
+        none = 0.5 * (at->R * (1.0 - mean * t) - t * at->Rd) / square;
+    } else {
         double sum = 0.0;
         for (int n = NEAR_TERMS_f64 - 1; n >= 0; n--) {
             sum = near_f64[n] - z * sum;
@@ -473,6 +475,17 @@ static void put_flight_rows_f64(const flight_variation_f64 *variation, const fli
     }
 }
 
+/* Whether roots that gains and impact are formed by have a derivative: none is of 0. */
+static bool has_roots_f64(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight) {
+    const hopform_robot_f64 *robot = &plan->robot;
+    const hopform_state_f64 *start = &flight->start;
+    const double square = start->v2 * start->v2 + 2.0 * fall_of_f64(robot) * start->x1;
+    const bool lands = flight->ending == HOPFORM_FLIGHT_TOUCHDOWN;
+    const bool is_short = !(start->v2 / fall_of_f64(robot) - 0.05 > 0.02);
+    const bool returns = flight->designed == 0 || is_short || square > 0.0 || square < 0.0;
+    return returns && (!lands || velocity_after_impact_f64(robot, 1.0) > 0.0);
+}
+
 /* The matrix of a solved flight; whether it has one. */
 static bool put_flight_matrix_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const int32_t *columns, int32_t count,
@@ -481,6 +494,7 @@ static bool put_flight_matrix_f64(const hopform_plan_f64 *plan, const hopform_fl
         plan, phases, flight, rates_of_flight_f64(plan, flight), columns, count, matrix + count, matrix + 2 * count,
         true,
     };
+    if (!has_roots_f64(plan, flight)) { return false; }
     follow_flight_f64(&variation);
     const hopform_flight_phase_f64 *last = &phases[flight->phases_kept - 1];
     const hopform_poles_f64 poles = poles_in_flight_f64(&variation.rates, last->limit);

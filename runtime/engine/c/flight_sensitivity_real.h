@@ -191,8 +191,10 @@ static convolved_real convolved_of_response_real(const alone_pair_real *pair, co
         };
         return apart;
     }
-    real none = (at->R * (1.0 - mean * t) - t * at->Rd) / (2.0 * square);
-    if (!(z > 1.0)) {
+    real none;
+    if (z > 1.0) {
+        none = 0.5 * (at->R * (1.0 - mean * t) - t * at->Rd) / square;
+    } else {
         real sum = 0.0;
         for (int n = NEAR_TERMS_real - 1; n >= 0; n--) {
             sum = near_real[n] - z * sum;
@@ -473,6 +475,17 @@ static void put_flight_rows_real(const flight_variation_real *variation, const f
     }
 }
 
+/* Whether roots that gains and impact are formed by have a derivative: none is of 0. */
+static bool has_roots_real(const hopform_plan_real *plan, const hopform_flight_real *flight) {
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_state_real *start = &flight->start;
+    const real square = start->v2 * start->v2 + 2.0 * fall_of_real(robot) * start->x1;
+    const bool lands = flight->ending == HOPFORM_FLIGHT_TOUCHDOWN;
+    const bool is_short = !(start->v2 / fall_of_real(robot) - 0.05 > 0.02);
+    const bool returns = flight->designed == 0 || is_short || square > 0.0 || square < 0.0;
+    return returns && (!lands || velocity_after_impact_real(robot, 1.0) > 0.0);
+}
+
 /* The matrix of a solved flight; whether it has one. */
 static bool put_flight_matrix_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                    const hopform_flight_real *flight, const int32_t *columns, int32_t count,
@@ -481,6 +494,7 @@ static bool put_flight_matrix_real(const hopform_plan_real *plan, const hopform_
         plan, phases, flight, rates_of_flight_real(plan, flight), columns, count, matrix + count, matrix + 2 * count,
         true,
     };
+    if (!has_roots_real(plan, flight)) { return false; }
     follow_flight_real(&variation);
     const hopform_flight_phase_real *last = &phases[flight->phases_kept - 1];
     const hopform_poles_real poles = poles_in_flight_real(&variation.rates, last->limit);

@@ -262,6 +262,12 @@ static int32_t flight_at(void *const *at)
                          (const real *)at[3], TIMES, (OF(state) *)at[4]);
 }
 
+static int32_t flight_sensitivities(void *const *at)
+{
+    return OF(flight_sensitivities)((const OF(plan) *)at[0], (const OF(flight_phase) *)at[1], (const OF(flight) *)at[2],
+                                    NULL, 0, (real *)at[3]);
+}
+
 static int32_t flight_energy(void *const *at)
 {
     return OF(flight_energy)((const OF(plan) *)at[0], (const OF(flight_phase) *)at[1], (const OF(flight) *)at[2],
@@ -383,6 +389,10 @@ static void each(void (*check)(const entry *))
          .arguments =
           {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
            INSTANTS, {OUTPUT, NULL, WHOLE(OF(state), TIMES)}}},
+        {.name = "flight_sensitivities", .call = flight_sensitivities, .count = 4,
+         .arguments =
+          {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
+           COLUMN(HOPFORM_FLIGHT_ROWS * HOPFORM_FLIGHT_COLUMNS)}},
         {.name = "flight_energy", .call = flight_energy, .count = 7,
          .arguments =
           {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},

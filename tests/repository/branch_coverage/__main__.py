@@ -33,7 +33,7 @@ TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "f
          "single_precision_control", "stance", "stance_object", "start", "tangents", "ties", "touchdown")  # fmt: skip
 MODELS, MOTIONS = ("leg_damper", "pogo", "servo"), 100
 """Of what the hopper lacks: a damper in the leg, for two masses and for one, and a law of the motor; motions of each draw."""
-WORKSTATION = ("batch", "columns", "hops")
+WORKSTATION = ("batch", "columns", "flights", "hops")
 """Batches over arrays, which firmware does not get."""
 
 COUNTERS = """

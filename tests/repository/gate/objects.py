@@ -48,7 +48,7 @@ def parts(tree: Path, target: str) -> dict[str, list[Part]]:
     include = tree / "generated" / "c" / "include"
     units = [unit for unit in sorted((tree / "generated" / "c" / "src").glob("*.c")) if unit.stem != "version"]
     if target.startswith("Cortex"):
-        units = [unit for unit in units if not re.match(r"batch|hops", unit.name)]
+        units = [unit for unit in units if not re.match(r"batch|flights|hops", unit.name)]
     found: dict[str, list[Part]] = {"f32": [], "f64": []}
     with tempfile.TemporaryDirectory() as folder:
 
