@@ -156,10 +156,11 @@ def solve_flights(
     lists = _room(size, at, asked, real)
     law = None if gains is None else [columns[name] for name in Gains._fields]
     job = _Job((*(given[name] for name in FLIGHT_STATES), *robots), law, shape, results, lists, most, listed)
-    listed_events = _run(job, solver.compiled(), workers, progress)
-    of = dict(zip(FLIGHT_REALS, (row.reshape(shape) for row in results[1]), strict=True))
+    occurred, kinds = _run(job, solver.compiled(), workers, progress)
+    of: dict[str, NDArray[Any]] = dict(zip(FLIGHT_REALS, (row.reshape(shape) for row in results[1]), strict=True))
     status, count = (row.reshape(shape) for row in results[0])
-    occurred, kinds = (None if each is None else each.reshape((*shape, each.shape[-1])) for each in listed_events)
+    if occurred is not None and kinds is not None:
+        occurred, kinds = occurred.reshape((*shape, occurred.shape[-1])), kinds.reshape((*shape, kinds.shape[-1]))
     state, lands = state_of_leg(solver), status == package.TOUCHDOWN
     states = None if lists.states is None else _states(robot, lists.states, shape, robots, real)
     matrices = (

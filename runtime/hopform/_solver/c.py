@@ -623,9 +623,7 @@ def _fly(
     ordered = [*columns[states:], *columns[: states - 1], *(gains or (0.0, 0.0)), columns[states - 1]]
     numbers = (types.real * len(ordered))(*(x if type(x) is float else 0.0 for x in ordered))
     places = [
-        (ctypes.addressof(numbers) + n * real.itemsize, 0)
-        if type(x) is float
-        else (_address(cast(Any, x)), x.strides[0])
+        (ctypes.addressof(numbers) + n * real.itemsize, 0) if type(x) is float else (_address(x), x.strides[0])
         for n, x in enumerate(cast(Sequence[Any], ordered))
     ]
     if gains is None:
