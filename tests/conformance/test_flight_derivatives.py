@@ -52,7 +52,7 @@ CASES: dict[str, tuple[hopform.Robot, dict[str, Any]]] = {
     "at rest without friction": (own(**SMOOTH, **FREE), {"v2": 1.9, "gains": (3e3, 40.0)}),
     "an offset of the spring": (own(c=0.01, **FREE), START | {"gains": (1e4, 300.0)}),
     "more friction at rest": (own(f1_excess=0.5, **FREE), START | {"gains": (8e3, 30.0)}),
-    "bounces": (own(f1=0.0, u_max=300.0), {"x1": 0.03, "v1": 9.0, "v2": 1.9, "gains": (2e5, 5.0)}),
+    "bounces": (own(f1=0.0, u_max=300.0, x1_min=-np.inf), {"x1": 0.03, "v1": 9.0, "v2": 1.9, "gains": (2e5, 5.0)}),
     "trips at a stop": (HOPPER, {"x1": 0.02, "v1": -1.5, "v2": 0.3, "y": 0.2}),
     "ends at the horizon": (HOPPER, START | {"horizon": 0.2}),
     "ends while it rises": (HOPPER, START | {"horizon": 0.05}),
