@@ -28,7 +28,7 @@ from hopform._broadcast import (
     units_of,
     words_of,
 )
-from hopform._checks import MEMORY, flag, function, items, pair, refuse_any, shown, whole
+from hopform._checks import MEMORY, finite, flag, function, items, pair, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import TOUCHING_ULP, State, body_height, input_unit, precision_of, state_of_leg
 from hopform._robots import Robot, falling_robot
@@ -198,7 +198,7 @@ def _beginning(
     if begins[0] == "v2":
         return {"v2": v2, **of_touchdown}
     for name, value in of_touchdown.items():
-        if not (type(value) in (int, float) and value == 0):
+        if np.ndim(cast(Any, value)) or finite(name, value, "") != 0.0:
             raise HopformError(
                 f"{name} is that of the first touchdown, beside v2: 0 with {begins[0]}, got {shown(value)}"
             )

@@ -131,7 +131,9 @@ def installed_by_make_run() -> set[str]:
 def test_extras_are_for_users_and_groups_for_a_checkout():
     """What a user installs names no tool of tests or pages; each group that is named is there."""
     of = project()
-    assert set(of["project"]["optional-dependencies"]) == {"identify", "plot", "xarray", "all", "derive", "compiler"}
+    assert set(of["project"]["optional-dependencies"]) == {
+        "identify", "plot", "xarray", "jax", "all", "derive", "compiler",
+    }  # fmt: skip
     groups = of["dependency-groups"]
     included = {each["include-group"] for group in groups.values() for each in group if isinstance(each, dict)}
     makefile = (ROOT / "Makefile").read_text("utf-8")

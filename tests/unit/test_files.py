@@ -47,6 +47,7 @@ COMMANDS = {
     "model build": Files((), ("model", "--out"), {}),
     "model prove": Files((), ("model",), {}),
     "model show": Files((), ("model",), {}),
+    "reference write": Files((), (), {"folder": ""}),
 }
 """Every command that reads or writes files. The folder of `export` is empty."""
 CLASHES = [

@@ -66,7 +66,7 @@ def test_help_has_the_model_and_the_commands_that_it_has(stranger, capsys):
     text = capsys.readouterr().out
     assert f"{stranger.name}: {stranger.solver.title}" in text and "hopper with" not in text
     listed = re.findall(r"^  ([a-z]+) ", text.partition("Commands:\n")[2], re.MULTILINE)
-    assert listed == ["robots", "motion", "fit", "record", "export", "selftest", "model"]
+    assert listed == ["robots", "motion", "fit", "record", "export", "selftest", "model", "reference"]
     assert cli.main(["--help", "--solver", str(stranger.folder)]) == 0
     assert capsys.readouterr().out == text
 

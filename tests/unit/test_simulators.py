@@ -245,7 +245,7 @@ def test_what_a_simulator_reads_are_forces_and_their_intervals():
     stderr = math.sqrt(f * f * c[i, i] + m * m * c[j, j] + 2.0 * m * f * c[i, j])
     assert friction.high - friction.value == pytest.approx(1.96 * stderr)
     assert friction.low < 0.004 < friction.high
-    assert found["gear"].value == 0.05
+    assert found["gear"].value == pytest.approx(0.05, rel=1e-15)  # the mass times an acceleration
     ends = found["damping"].low, found["damping"].high
     assert ends == pytest.approx((air()["b1"].low, air()["b1"].high), rel=1e-12)
     assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m", "N m/V", "V"]
@@ -258,7 +258,7 @@ def test_mujoco_reads_back_what_was_fitted():
     assert model.dof_frictionloss[0] == found["frictionloss"].value
     assert model.actuator_gear[0, 0] == found["gear"].value
     hung = of_mjcf(decay()).model
-    assert hung.jnt_stiffness.ravel()[0] == 0.4807
+    assert hung.jnt_stiffness.ravel()[0] == pytest.approx(0.4807, rel=1e-15)
     assert hung.qpos_spring[0] == pytest.approx(
         decay()["rest@0"].value, rel=1e-12
     )  # in radians: MJCF's default is degrees
@@ -273,7 +273,7 @@ def test_a_recording_of_any_name_leaves_every_file_one_that_is_read(name):
     for form in ("mjcf", "urdf"):
         assert ElementTree.fromstring(exported(named, form)) is not None
     assert of_mjcf(named).model.nkey == 1
-    assert of_python(exported(named, "isaac"))[0]["GEAR"] == 0.05
+    assert of_python(exported(named, "isaac"))[0]["GEAR"] == pytest.approx(0.05, rel=1e-15)
 
 
 def test_the_friction_of_what_slides_is_as_large_as_it_was():
@@ -331,7 +331,7 @@ def test_isaac_lab_has_friction_as_an_effort():
     _, values = of_python(exported(decay(), "isaac"))
     found = quantities(decay())
     assert values == {
-        "joint_names_expr": ["identified"], "damping": 0.0, "stiffness": 0.4807, "armature": found["inertia"].value,
+        "joint_names_expr": ["identified"], "damping": 0.0, "stiffness": pytest.approx(0.4807, rel=1e-15), "armature": found["inertia"].value,
         "friction": found["frictionloss"].value, "dynamic_friction": found["frictionloss"].value,
         "viscous_friction": found["damping"].value,
     }  # fmt: skip

@@ -48,6 +48,7 @@ static hopform_forces_f32 forces[TIMES];
 static hopform_plant_f32 plant;
 static float times[TIMES], losses[TIMES], x1[TIMES], v1[TIMES], v2[TIMES], y[TIMES], current;
 static float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+static float flight_matrix[HOPFORM_FLIGHT_ROWS * HOPFORM_FLIGHT_COLUMNS];
 static float tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
 
 #ifdef ONLY_PLANT
@@ -95,6 +96,7 @@ int main(void)
             (void)hopform_flight_at_f32(&plan, flight_phases, &flight, times, TIMES, states);
             (void)hopform_flight_energy_f32(&plan, flight_phases, &flight, times, TIMES, energies, flight_ledgers,
                                             losses);
+            (void)hopform_flight_sensitivities_f32(&plan, flight_phases, &flight, NULL, 0, flight_matrix);
         }
         hopform_detector_f32 detector = {any(), any(), (int32_t)any_bits};
         hopform_contact_f32 contact = {0, 0, 0};
