@@ -11,6 +11,7 @@ import pytest
 import hopform
 from hopform._solver.c import layout, plan_of, pointer
 from hopform._solver.package import NUMBERS
+from tests.derived import solver_of
 
 HOPPER = hopform.load_robot("hopper_c")
 V2 = np.array([[0.4], [1.2], [1.9]])
@@ -74,8 +75,8 @@ def test_columns_are_those_that_were_asked_for():
 
 @pytest.mark.parametrize("x2", [None, 0.43])
 @pytest.mark.parametrize("compression", [None, 0.004])
-def test_derivatives_of_a_leg_that_relaxes_are_those_of_differences(compression, x2):
-    leg = hopform.load_solver("leg_damper")
+def test_derivatives_of_a_leg_that_relaxes_are_those_of_differences(store, compression, x2):
+    leg = solver_of(store, "leg_damper")
     robot = dataclasses.replace(leg.load_robot("hopper_c"), b12=12.0)
     given = {"x1": 0.05, "v1": 0.3, "v2": 1.9}
     given |= {name: value for name, value in (("x2", x2), ("compression", compression)) if value is not None}
