@@ -182,7 +182,8 @@ def _spellings(solver: Solver, x2_is_given: bool) -> Mapping[str, int]:
     of_file = _columns_by_name(solver, x2_is_given, by_axis=False)
     more = {**of_file, "u": STARTS.index("u")} if solver.facts.inputs else of_file
     if "stance" in solver.can and not x2_is_given:
-        more |= dict.fromkeys(("compression", str(solver.facts.axes["y"]["name"])), COMPRESSION)
+        of_leg = [str(axis["name"]) for name, axis in solver.facts.axes.items() if name == "y"]
+        more |= dict.fromkeys(("compression", *of_leg), COMPRESSION)
     return {**spelled, **{name: code for name, code in more.items() if name not in spelled}}
 
 
