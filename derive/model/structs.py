@@ -254,11 +254,16 @@ def flights_in(robot: Record) -> Struct:
         (members[name] for name in ("robot", *(each.name for each in STATE.quantities))),
         ("horizon", "max_phases"),
     )
-    return Struct("FlightsIn", "Where robots, states at take-off, grounds, gains and longest times are read.").of(
+    return Struct(
+        "FlightsIn", "Where robots, states at take-off, grounds, gains and longest times are read; what is asked."
+    ).of(
         *start,
         Member("ground", "Input", "height of the ground ahead over that which was left", "m"),
         Member("gains", "Input", "Kp, Kd; NULL, both, for those of hopform_design_return", count=2, is_array=True),
         *(members[name] for name in rest),
+        Member("times", "const real *", "of states, in all flights alike; in order", "s"),
+        Member("columns", "const int32 *", "of derivatives; NULL for all of a flight"),
+        *(members[name] for name in ("time_count", "column_count")),
     )
 
 
@@ -283,12 +288,8 @@ FLIGHTS_OUT = Struct(
     Member("event_time", "real *", "event_capacity a flight, NaN behind its last; NULL if no events are wanted", "s"),
     Member("event_kind", "int8 *", "as in hopform_flight_phase, HOPFORM_EVENT_NONE behind its last"),
     Member("event_capacity", "int32"),
-    Member("times", "const real *", "shared by all, none below 0; NULL if no states are wanted", "s"),
-    Member("time_count", "int32"),
-    Member("states", "State *", "as of hopform_flight_at, one flight after the other; NaN behind its ending"),
-    Member("columns", "const int32 *", "as of hopform_flight_sensitivities; NULL for all"),
-    Member("column_count", "int32"),
-    Member("sensitivities", "real *", "a matrix a flight, NaN where there is none; NULL if none are wanted"),
+    Member("states", "State *", "time_count a flight, NaN behind its ending; NULL if not wanted"),
+    Member("sensitivities", "real *", "a matrix a flight, NaN where there is none; NULL if not wanted"),
 )
 
 

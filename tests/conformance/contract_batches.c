@@ -615,11 +615,11 @@ static void fly_apart(flights *b)
     b->out.event_time = b->event_time;
     b->out.event_kind = b->event_kind;
     b->out.event_capacity = EVENTS;
-    b->out.times = b->times;
-    b->out.time_count = 2;
+    b->in.times = b->times;
+    b->in.columns = b->columns;
+    b->in.time_count = 2;
+    b->in.column_count = 2;
     b->out.states = b->states;
-    b->out.columns = b->columns;
-    b->out.column_count = 2;
     b->out.sensitivities = b->matrices;
 }
 
@@ -654,8 +654,8 @@ static void flights_refuse(void)
     for (int n = 0; n < 5; n++) {
         for (int what = 0; what < 2; what++) {
             fly_apart(&b);
-            b.out.times = what == 0 ? (const real *)inside[n] : b.times;
-            b.out.columns = what == 1 ? (const int32_t *)inside[n] : b.columns;
+            b.in.times = what == 0 ? (const real *)inside[n] : b.times;
+            b.in.columns = what == 1 ? (const int32_t *)inside[n] : b.columns;
             holds(fly(&b) == HOPFORM_ERROR_OVERLAP && code(b.results[0]) == HOPFORM_ERROR_OVERLAP,
                   "times or columns in a list", n, what);
         }

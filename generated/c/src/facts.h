@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "86c7c8645506a85e"
+#define HOPFORM_LAYOUT "a06dd61c69743ea2"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)

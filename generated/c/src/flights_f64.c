@@ -7,11 +7,13 @@
 #include "columns_f64.h"
 
 /* The columns of results stand one after the other in their struct: the status, numbers, the count of events. */
-enum { NUMBERS = 13, RESULTS = NUMBERS + 2, LISTS = 5, WRITTEN = LISTS + RESULTS, FURTHER_READ = 6 };
+enum { NUMBERS = 13, RESULTS = NUMBERS + 2, LISTS = 5, WRITTEN = LISTS + RESULTS, FURTHER_READ = 3 };
 
-/* Where robots, starts and longest times are read, as of stances, with the ground in place of the input. */
+/* Where robots, starts and longest times are read, and what is asked, as of stances, with the ground in place of the
+ * input. Without inputs nothing is asked. */
 static hopform_stances_in_f64 as_stances(const hopform_flights_in_f64 *in) {
     hopform_stances_in_f64 like = {{{NULL, 0}}};
+    if (in == NULL) { return like; }
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
         like.robot[n] = in->robot[n];
     }
@@ -22,6 +24,10 @@ static hopform_stances_in_f64 as_stances(const hopform_flights_in_f64 *in) {
     like.u = in->ground;
     like.horizon = in->horizon;
     like.max_phases = in->max_phases;
+    like.times = in->times;
+    like.columns = in->columns;
+    like.time_count = in->time_count;
+    like.column_count = in->column_count;
     return like;
 }
 
@@ -49,35 +55,37 @@ static bool put_events(const hopform_flights_out_f64 *out, int64_t i, const hopf
 }
 
 /* The states at the times that a flight has, NaN behind its ending. */
-static void put_states(const hopform_plan_f64 *plan, const hopform_flights_out_f64 *out, int64_t i,
-                       const hopform_flight_f64 *flight, bool whole) {
+static void put_states(const hopform_plan_f64 *plan, const hopform_stances_in_f64 *asked,
+                       const hopform_flights_out_f64 *out, int64_t i, const hopform_flight_f64 *flight, bool whole) {
     const hopform_state_f64 none = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
-    hopform_state_f64 *states = out->states + i * out->time_count;
+    hopform_state_f64 *states = out->states + i * asked->time_count;
     int32_t has = 0;
-    while (whole && has < out->time_count && out->times[has] <= flight->duration) {
+    while (whole && has < asked->time_count && asked->times[has] <= flight->duration) {
         has++;
     }
-    if (has > 0) { (void)hopform_flight_at_f64(plan, out->phases, flight, out->times, has, states); }
-    for (int32_t n = has; n < out->time_count; n++) {
+    if (has > 0) { (void)hopform_flight_at_f64(plan, out->phases, flight, asked->times, has, states); }
+    for (int32_t n = has; n < asked->time_count; n++) {
         states[n] = none;
     }
 }
 
-static void put_sensitivities(const hopform_plan_f64 *plan, const hopform_flights_out_f64 *out, int64_t i,
-                              const hopform_flight_f64 *flight, bool whole) {
-    const int32_t count = out->columns != NULL ? out->column_count : HOPFORM_FLIGHT_COLUMNS;
+static void put_sensitivities(const hopform_plan_f64 *plan, const hopform_stances_in_f64 *asked,
+                              const hopform_flights_out_f64 *out, int64_t i, const hopform_flight_f64 *flight,
+                              bool whole) {
+    const int32_t count = asked->columns != NULL ? asked->column_count : HOPFORM_FLIGHT_COLUMNS;
     const int64_t each = (int64_t)HOPFORM_FLIGHT_ROWS * count;
     double *matrix = out->sensitivities + i * each;
     const bool has =
         whole
-        && hopform_flight_sensitivities_f64(plan, out->phases, flight, out->columns, count, matrix) == HOPFORM_OK;
+        && hopform_flight_sensitivities_f64(plan, out->phases, flight, asked->columns, count, matrix) == HOPFORM_OK;
     for (int64_t n = 0; !has && n < each; n++) {
         matrix[n] = (double)NAN;
     }
 }
 
 /* Put flight i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if a list of it is not whole. */
-static int32_t put_flight(const hopform_plan_f64 *plan, const hopform_flights_out_f64 *out, int64_t i, int32_t status,
+static int32_t put_flight(const hopform_plan_f64 *plan, const hopform_stances_in_f64 *asked,
+                          const hopform_flights_out_f64 *out, int64_t i, int32_t status,
                           const hopform_flight_f64 *solved) {
     const hopform_flight_f64 refused = {.ending = status};
     const hopform_flight_f64 *flight = status < 0 ? &refused : solved;
@@ -106,8 +114,8 @@ static int32_t put_flight(const hopform_plan_f64 *plan, const hopform_flights_ou
     }
     put_code_f64(&out->event_count, i, flight->event_count);
     bool kept = put_events(out, i, flight);
-    if (out->states != NULL) { put_states(plan, out, i, flight, whole); }
-    if (out->sensitivities != NULL) { put_sensitivities(plan, out, i, flight, whole); }
+    if (out->states != NULL) { put_states(plan, asked, out, i, flight, whole); }
+    if (out->sensitivities != NULL) { put_sensitivities(plan, asked, out, i, flight, whole); }
     kept = kept && (whole || status < 0 || (out->states == NULL && out->sensitivities == NULL));
     return kept ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
@@ -140,7 +148,7 @@ static int32_t solve(int64_t count, const hopform_flights_in_f64 *in, const hopf
         hopform_flight_f64 flight;
         const int32_t planned = plan_for_f64(&plan, &run, &like, i, count);
         const int32_t status = planned < 0 ? planned : solve_flight(&plan, in, &like, i, out, &flight);
-        const int32_t put = put_flight(&plan, out, i, status, &flight);
+        const int32_t put = put_flight(&plan, &like, out, i, status, &flight);
         kept = put > kept ? put : kept;
     }
     (void)fesetenv(&before);
@@ -150,16 +158,16 @@ static int32_t solve(int64_t count, const hopform_flights_in_f64 *in, const hopf
 /* ---- what users call ---- */
 
 /* Status of what is asked of each flight: times that do not decrease, columns that there are. */
-static int32_t status_of_lists(const hopform_flights_out_f64 *out) {
-    bool in_order = out->states == NULL || out->time_count >= 0;
+static int32_t status_of_asked(const hopform_stances_in_f64 *asked, const hopform_flights_out_f64 *out) {
+    bool in_order = out->states == NULL || asked->time_count >= 0;
     bool known = true;
-    for (int32_t n = 0; out->states != NULL && out->times != NULL && n < out->time_count; n++) {
-        in_order = in_order && out->times[n] >= (n > 0 ? out->times[n - 1] : 0.0);
+    for (int32_t n = 0; out->states != NULL && asked->times != NULL && n < asked->time_count; n++) {
+        in_order = in_order && asked->times[n] >= (n > 0 ? asked->times[n - 1] : 0.0);
     }
-    if (out->sensitivities != NULL && out->columns != NULL) {
-        known = out->column_count >= 0;
-        for (int32_t n = 0; n < out->column_count; n++) {
-            known = known && out->columns[n] >= 0 && out->columns[n] < HOPFORM_FLIGHT_COLUMNS;
+    if (out->sensitivities != NULL && asked->columns != NULL) {
+        known = asked->column_count >= 0;
+        for (int32_t n = 0; n < asked->column_count; n++) {
+            known = known && asked->columns[n] >= 0 && asked->columns[n] < HOPFORM_FLIGHT_COLUMNS;
         }
     }
     return !in_order ? HOPFORM_ERROR_TIME : (known ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS);
@@ -168,16 +176,17 @@ static int32_t status_of_lists(const hopform_flights_out_f64 *out) {
 /* Status of a batch: HOPFORM_OK if it can be solved; which columns lie in an input. */
 static int32_t status_of(int64_t count, const hopform_flights_in_f64 *in, const hopform_flights_out_f64 *out,
                          bool is_input[WRITTEN]) {
+    const hopform_stances_in_f64 like = as_stances(in);
     const bool missing = (out->phases == NULL && out->phase_capacity > 0)
                          || (out->event_time == NULL) != (out->event_kind == NULL)
-                         || (out->states != NULL && out->times == NULL && out->time_count > 0)
+                         || (out->states != NULL && like.times == NULL && like.time_count > 0)
                          || (in != NULL && (in->gains[0].first == NULL) != (in->gains[1].first == NULL));
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
     const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
-    const size_t times = out->states != NULL && out->time_count > 0 ? (size_t)out->time_count : 0;
-    const size_t chosen = out->column_count > 0 ? (size_t)out->column_count : 0;
+    const size_t times = out->states != NULL && like.time_count > 0 ? (size_t)like.time_count : 0;
+    const size_t chosen = like.column_count > 0 ? (size_t)like.column_count : 0;
     const size_t matrix =
-        sizeof(double) * HOPFORM_FLIGHT_ROWS * (out->columns != NULL ? chosen : (size_t)HOPFORM_FLIGHT_COLUMNS);
+        sizeof(double) * HOPFORM_FLIGHT_ROWS * (like.columns != NULL ? chosen : (size_t)HOPFORM_FLIGHT_COLUMNS);
     elements_f64 written[WRITTEN] = {
         {out->event_time, (ptrdiff_t)(events * sizeof(double)), events * sizeof(double)},
         {out->event_kind, (ptrdiff_t)events, events},
@@ -192,15 +201,11 @@ static int32_t status_of(int64_t count, const hopform_flights_in_f64 *in, const 
         const elements_f64 column = {results[n].first, results[n].stride, is_code ? sizeof(int32_t) : sizeof(double)};
         written[LISTS + n] = column;
     }
-    hopform_stances_in_f64 like = {{{NULL, 0}}};
-    if (in != NULL) { like = as_stances(in); }
     int32_t status = batch_status_f64(count, in != NULL ? &like : NULL, out, sizeof *out, written, WRITTEN, is_input);
     const elements_f64 read[FURTHER_READ] = {
         {in, 0, sizeof *in},
         {in != NULL ? in->gains[0].first : NULL, in != NULL ? in->gains[0].stride : 0, sizeof(double)},
         {in != NULL ? in->gains[1].first : NULL, in != NULL ? in->gains[1].stride : 0, sizeof(double)},
-        {out->times, 0, times * sizeof *out->times},
-        {out->columns, 0, chosen * sizeof *out->columns},
     };
     for (int j = 0; j < WRITTEN; j++) {
         for (int i = 0; i < FURTHER_READ; i++) {
@@ -209,7 +214,7 @@ static int32_t status_of(int64_t count, const hopform_flights_in_f64 *in, const 
         status = status >= 0 && is_input[j] ? HOPFORM_ERROR_OVERLAP : status;
     }
     if (missing) { return HOPFORM_ERROR_NULL; }
-    return status < 0 ? status : status_of_lists(out);
+    return status < 0 ? status : status_of_asked(&like, out);
 }
 
 /* Solve `count` flights, each as hopform_solve_flight does, to the same bits; what is asked for besides is read of it
@@ -223,19 +228,20 @@ int32_t hopform_solve_flights_f64(int64_t count, const hopform_flights_in_f64 *i
     bool is_input[WRITTEN];
     const int32_t status = status_of(count, in, out, is_input);
     if (status >= 0) { return solve(count, in, out); }
+    const hopform_stances_in_f64 like = as_stances(in);
     hopform_flights_out_f64 own = *out;
     void *first = &own;
     hopform_output_f64 *results = first;
     own.event_time = is_input[0] ? NULL : own.event_time;
     own.event_kind = is_input[1] ? NULL : own.event_kind;
     own.states = is_input[3] ? NULL : own.states;
-    const bool has_size = own.columns == NULL || own.column_count >= 0;
+    const bool has_size = in != NULL && (in->columns == NULL || in->column_count >= 0);
     own.sensitivities = is_input[4] || !has_size ? NULL : own.sensitivities;
     for (int n = 0; n < RESULTS; n++) {
         results[n].first = is_input[n + LISTS] ? NULL : results[n].first;
     }
     for (int64_t i = 0; i < count; i++) {
-        (void)put_flight(NULL, &own, i, status, NULL);
+        (void)put_flight(NULL, &like, &own, i, status, NULL);
     }
     return status;
 }

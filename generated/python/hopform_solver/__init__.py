@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "86c7c8645506a85e"
+LAYOUT = "a06dd61c69743ea2"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

@@ -305,11 +305,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("event_time", "real *", 1),
         ("event_kind", "int8 *", 1),
         ("event_capacity", "int32", 1),
-        ("times", "const real *", 1),
-        ("time_count", "int32", 1),
         ("states", "State *", 1),
-        ("columns", "const int32 *", 1),
-        ("column_count", "int32", 1),
         ("sensitivities", "real *", 1),
     ),
     "HopInput": (
@@ -372,6 +368,10 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("gains", "Input", 2),
         ("horizon", "Input", 1),
         ("max_phases", "int32", 1),
+        ("times", "const real *", 1),
+        ("columns", "const int32 *", 1),
+        ("time_count", "int32", 1),
+        ("column_count", "int32", 1),
     ),
     "HopsIn": (
         ("runs", "StancesIn", 1),

@@ -628,13 +628,16 @@ def _fly(
     ]
     if gains is None:
         places[-3:-1] = [(0, 0), (0, 0)]
-    inputs = layout(types.FlightsIn).pack(*(each for place in places for each in place), max_phases)
     (status, count_of_events), rows = _rows(codes), _rows(reals)
     into = [*(each for row in (status, *rows) for each in (row, real.itemsize)), count_of_events, codes.itemsize]
     into[1] = codes.itemsize
     chosen = (ctypes.c_int32 * len(lists.codes))(*lists.codes)
     asked = [0 if each is None else _address(each) for each in (lists.times, lists.states, lists.matrices)]
     n_times = 0 if lists.times is None else lists.times.size
+    inputs = layout(types.FlightsIn).pack(
+        *(each for place in places for each in place), max_phases,
+        asked[0], ctypes.addressof(chosen), n_times, len(lists.codes),
+    )  # fmt: skip
     most = max_phases + 1
     capacity, room = min(FIRST_CAPACITY, most), _FIRST_EVENTS if events else 0
     while True:
@@ -642,8 +645,7 @@ def _fly(
         times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
         listed = (_address(times), _address(kinds), room) if room else (0, 0, 0)
         outputs = layout(types.FlightsOut).pack(
-            *into, ctypes.addressof(phases), capacity, *listed,
-            asked[0], n_times, asked[1], ctypes.addressof(chosen), len(lists.codes), asked[2],
+            *into, ctypes.addressof(phases), capacity, *listed, *asked[1:],
         )  # fmt: skip
         if library.call("solve_flights", types, ctypes.c_int64(count), inputs, outputs) != PHASES_NOT_KEPT:
             break

@@ -375,12 +375,8 @@ typedef struct {
     double *event_time; /**< [s] event_capacity a flight, NaN behind its last; NULL if no events are wanted */
     int8_t *event_kind; /**< as in hopform_flight_phase, HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
-    const double *times; /**< [s] shared by all, none below 0; NULL if no states are wanted */
-    int32_t time_count;
-    hopform_state_f64 *states; /**< as of hopform_flight_at, one flight after the other; NaN behind its ending */
-    const int32_t *columns; /**< as of hopform_flight_sensitivities; NULL for all */
-    int32_t column_count;
-    double *sensitivities; /**< a matrix a flight, NaN where there is none; NULL if none are wanted */
+    hopform_state_f64 *states; /**< time_count a flight, NaN behind its ending; NULL if not wanted */
+    double *sensitivities; /**< a matrix a flight, NaN where there is none; NULL if not wanted */
 } hopform_flights_out_f64;
 
 /** A number per run and hop: `hop_stride` bytes lead to the next hop, 0 repeats one. */
@@ -441,7 +437,7 @@ typedef struct {
     int32_t column_count;
 } hopform_stances_in_f64;
 
-/** Where robots, states at take-off, grounds, gains and longest times are read. */
+/** Where robots, states at take-off, grounds, gains and longest times are read; what is asked. */
 typedef struct {
     hopform_input_f64 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
@@ -452,6 +448,10 @@ typedef struct {
     hopform_input_f64 gains[2]; /**< Kp, Kd; NULL, both, for those of hopform_design_return */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;
+    const double *times; /**< [s] of states, in all flights alike; in order */
+    const int32_t *columns; /**< of derivatives; NULL for all of a flight */
+    int32_t time_count;
+    int32_t column_count;
 } hopform_flights_in_f64;
 
 /** Where runs of hops are read: as of stances, and by hop. */
