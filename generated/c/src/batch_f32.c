@@ -21,7 +21,7 @@ static int64_t times_of(const hopform_stances_in_f32 *in) {
 
 static chosen_f32 columns_of(const hopform_stances_in_f32 *in) {
     const chosen_f32 none = {NULL, 0};
-    return in != NULL ? chosen_of_f32(in->columns, in->column_count) : none;
+    return in != NULL ? chosen_of_f32(in->columns, in->column_count, COLUMNS_f32) : none;
 }
 
 static int64_t matrix_of(const chosen_f32 *chosen, int64_t rows) {
@@ -205,7 +205,7 @@ static int32_t status_of_asked(const hopform_stances_in_f32 *in, const hopform_s
         return HOPFORM_ERROR_STEPS;
     }
     if (at_times && (in->time_count < 0 || !are_times(in, out->tangents != NULL))) { return HOPFORM_ERROR_TIME; }
-    return are_columns_f32(&chosen) ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
+    return are_of_stance_f32(&chosen) ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
 }
 
 /* Memory of `each` numbers or codes of a size a stance. */

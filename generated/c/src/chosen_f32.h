@@ -9,7 +9,7 @@
 
 #include "hopform/hopform.h"
 
-/* Columns by their codes; NULL stands for all of the model, in their order. */
+/* Columns by their codes; NULL stands for all that there are, in their order. */
 typedef struct {
     const int32_t *codes;
     int32_t count;
@@ -17,8 +17,8 @@ typedef struct {
 
 enum { COLUMNS_f32 = HOPFORM_SENSITIVITY_COLUMNS };
 
-static inline chosen_f32 chosen_of_f32(const int32_t *codes, int32_t count) {
-    const chosen_f32 chosen = {codes, codes != NULL ? count : (int32_t)COLUMNS_f32};
+static inline chosen_f32 chosen_of_f32(const int32_t *codes, int32_t count, int32_t all) {
+    const chosen_f32 chosen = {codes, codes != NULL ? count : all};
     return chosen;
 }
 
@@ -26,15 +26,19 @@ static inline int32_t code_of_f32(const chosen_f32 *chosen, int32_t column) {
     return chosen->codes != NULL ? chosen->codes[column] : column;
 }
 
-/* Whether each code is one of a column: the first step has no time that moves. */
-static inline bool are_columns_f32(const chosen_f32 *chosen) {
+/* Whether each code is below a bound, and none is one that is no column; -1 where each is one. */
+static inline bool are_columns_f32(const chosen_f32 *chosen, int32_t bound, int32_t none) {
     bool sound = chosen->count >= 0;
     for (int32_t n = 0; chosen->codes != NULL && n < chosen->count; n++) {
         const int32_t code = chosen->codes[n];
-        sound = sound && code >= 0 && code <= HOPFORM_COLUMN_OF_STEP_TIME(HOPFORM_MOST_STEPS - 1)
-                && code != HOPFORM_COLUMN_OF_STEP_TIME(0);
+        sound = sound && code >= 0 && code < bound && code != none;
     }
     return sound;
+}
+
+/* Whether they are columns of a stance: the first step has no time that moves. */
+static inline bool are_of_stance_f32(const chosen_f32 *chosen) {
+    return are_columns_f32(chosen, HOPFORM_COLUMN_OF_STEP(HOPFORM_MOST_STEPS), HOPFORM_COLUMN_OF_STEP_TIME(0));
 }
 
 #endif

@@ -13,6 +13,7 @@
 #ifndef HOPFORM_FLIGHT_SENSITIVITY_H_f64
 #define HOPFORM_FLIGHT_SENSITIVITY_H_f64
 
+#include "chosen_f64.h"
 #include "flight_f64.h"
 
 /* What a column stands for: the change of the robot, of the gains, of the start, whose compression is over the ground
@@ -30,8 +31,7 @@ typedef struct {
     const hopform_flight_phase_f64 *phases;
     const hopform_flight_f64 *flight;
     flight_rates_f64 rates;
-    const int32_t *columns; /* NULL for all */
-    int32_t count;
+    chosen_f64 chosen;
     double *x1, *v1;
     bool exists; /* each event so far moves in proportion */
 } flight_variation_f64;
@@ -61,10 +61,6 @@ typedef struct {
 } flight_answer_f64;
 
 /* ---- columns ---- */
-
-static int32_t flight_column_code_f64(const flight_variation_f64 *variation, int32_t column) {
-    return variation->columns != NULL ? variation->columns[column] : column;
-}
 
 /* How the gains of a column change: those that were designed with the start and the robot, too. */
 static gains_change_f64 gains_change_of_f64(const flight_variation_f64 *variation, int32_t code,
@@ -266,8 +262,8 @@ static flight_answer_f64 travel_in_flight_f64(const flight_variation_f64 *variat
     const double q = answer.pair.q;
     const known_pair_f64 by = answer.response;
     bool known = false;
-    for (int32_t n = 0; n < variation->count && h > 0.0; n++) {
-        const flight_column_f64 column = flight_column_of_f64(variation, flight_column_code_f64(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count && h > 0.0; n++) {
+        const flight_column_f64 column = flight_column_of_f64(variation, code_of_f64(&variation->chosen, n));
         const flight_slopes_f64 slopes = flight_slopes_of_column_f64(variation, phase, &column);
         const double x1 = variation->x1[n];
         const double v1 = variation->v1[n];
@@ -295,8 +291,8 @@ static void cross_stop_in_flight_f64(flight_variation_f64 *variation, const hopf
                        + fabs_f64(answer->end.t * alone_acceleration_f64(&answer->pair, &answer->end));
     const double after = now->side == 0 ? 0.0 : now->acc1;
     variation->exists = variation->exists && fabs_f64(velocity) > 16.0 * HOPFORM_EPS_f64 * terms;
-    for (int32_t n = 0; n < variation->count && variation->exists; n++) {
-        const flight_column_f64 column = flight_column_of_f64(variation, flight_column_code_f64(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count && variation->exists; n++) {
+        const flight_column_f64 column = flight_column_of_f64(variation, code_of_f64(&variation->chosen, n));
         const double stop =
             old->side > 0 ? upper_stop_change_f64(robot, &column.robot) : lower_stop_change_f64(robot, &column.robot);
         const double late = (stop - variation->x1[n]) / velocity;
@@ -316,7 +312,7 @@ static void cross_rest_in_flight_f64(flight_variation_f64 *variation, const hopf
     const double before = (double)old->side * rest.draw;
     const bool turns = now->event != HOPFORM_EVENT_NONE && fabs_f64(before) > 0.0;
     variation->exists = variation->exists && turns;
-    for (int32_t n = 0; n < variation->count && variation->exists; n++) {
+    for (int32_t n = 0; n < variation->chosen.count && variation->exists; n++) {
         variation->v1[n] = follows ? variation->v1[n] * (now->acc1 / before) : 0.0;
     }
 }
@@ -326,8 +322,8 @@ static void follow_flight_f64(flight_variation_f64 *variation) {
     const hopform_flight_f64 *flight = variation->flight;
     const hopform_flight_phase_f64 *first = variation->phases;
     const bool moves = follows_f64(variation, first) && !(flight->start_loss < 0.0);
-    for (int32_t n = 0; n < variation->count; n++) {
-        const flight_column_f64 column = flight_column_of_f64(variation, flight_column_code_f64(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count; n++) {
+        const flight_column_f64 column = flight_column_of_f64(variation, code_of_f64(&variation->chosen, n));
         variation->x1[n] = column.start.d_x1;
         variation->v1[n] = moves ? column.start.d_v1 : 0.0;
     }
@@ -446,7 +442,7 @@ static void put_flight_rows_f64(const flight_variation_f64 *variation, const fli
                                  double *matrix) {
     const hopform_flight_f64 *flight = variation->flight;
     const hopform_robot_f64 *robot = &variation->plan->robot;
-    const flight_column_f64 column = flight_column_of_f64(variation, flight_column_code_f64(variation, n));
+    const flight_column_f64 column = flight_column_of_f64(variation, code_of_f64(&variation->chosen, n));
     const state_change_f64 *start = &column.start;
     const double T = flight->duration;
     const bool lands = flight->ending == HOPFORM_FLIGHT_TOUCHDOWN;
@@ -471,7 +467,7 @@ static void put_flight_rows_f64(const flight_variation_f64 *variation, const fli
         apex_change_in_flight_f64(variation, &column, late),
     };
     for (int32_t row = 0; row < HOPFORM_FLIGHT_ROWS; row++) {
-        matrix[row * variation->count + n] = rows[row];
+        matrix[row * variation->chosen.count + n] = rows[row];
     }
 }
 
@@ -488,11 +484,10 @@ static bool has_roots_f64(const hopform_plan_f64 *plan, const hopform_flight_f64
 
 /* The matrix of a solved flight; whether it has one. */
 static bool put_flight_matrix_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
-                                   const hopform_flight_f64 *flight, const int32_t *columns, int32_t count,
-                                   double *matrix) {
+                                   const hopform_flight_f64 *flight, const chosen_f64 *chosen, double *matrix) {
+    const int32_t count = chosen->count;
     flight_variation_f64 variation = {
-        plan, phases, flight, rates_of_flight_f64(plan, flight), columns, count, matrix + count, matrix + 2 * count,
-        true,
+        plan, phases, flight, rates_of_flight_f64(plan, flight), *chosen, matrix + count, matrix + 2 * count, true,
     };
     if (!has_roots_f64(plan, flight)) { return false; }
     follow_flight_f64(&variation);
@@ -513,16 +508,6 @@ static bool put_flight_matrix_f64(const hopform_plan_f64 *plan, const hopform_fl
     return finite;
 }
 
-/* HOPFORM_OK if all are columns of a flight; how many there are, all for NULL. */
-static int32_t flight_columns_status_f64(const int32_t *columns, int32_t *count) {
-    *count = columns != NULL ? *count : HOPFORM_FLIGHT_COLUMNS;
-    bool sound = *count >= 0;
-    for (int32_t n = 0; columns != NULL && sound && n < *count; n++) {
-        sound = columns[n] >= 0 && columns[n] < HOPFORM_FLIGHT_COLUMNS;
-    }
-    return sound ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
-}
-
 /* Derivatives of a solved flight at its ending, through its events, by some columns: HOPFORM_FLIGHT_ROWS times
  * `column_count` numbers, row by row; columns NULL: all HOPFORM_FLIGHT_COLUMNS of them. Zeros if there are none
  * (HOPFORM_NO_DERIVATIVE): a velocity that meets a stop, or the foot the ground, grazes it; a velocity touches 0 under
@@ -536,16 +521,17 @@ static int32_t flight_columns_status_f64(const int32_t *columns, int32_t *count)
 int32_t hopform_flight_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                           const hopform_flight_f64 *flight, const int32_t *columns,
                                           int32_t column_count, double *matrix) {
-    int32_t count = column_count;
-    const int32_t known = flight_columns_status_f64(columns, &count);
-    const memory_f64 array = array_f64(matrix, count, HOPFORM_FLIGHT_ROWS * sizeof *matrix);
-    const memory_f64 chosen = array_f64(columns, count, sizeof *columns);
+    const chosen_f64 chosen = chosen_of_f64(columns, column_count, HOPFORM_FLIGHT_COLUMNS);
+    const memory_f64 array = array_f64(matrix, chosen.count, HOPFORM_FLIGHT_ROWS * sizeof *matrix);
+    const memory_f64 codes = array_f64(columns, chosen.count, sizeof *columns);
     int32_t status = flight_reading_status_f64(plan, phases, flight, NULL, 0, false, &array, matrix != NULL ? 1 : 0);
     if (status < 0) { return status; }
-    if (matrix == NULL && count != 0) { return HOPFORM_ERROR_NULL; }
-    if (overlap_f64(&array, 1, &chosen, 1)) { return HOPFORM_ERROR_OVERLAP; }
-    if (known < 0) { return refuse_f64(known, &array, 1, NULL, 0); }
-    if (put_flight_matrix_f64(plan, phases, flight, columns, count, matrix)) { return HOPFORM_OK; }
+    if (matrix == NULL && chosen.count != 0) { return HOPFORM_ERROR_NULL; }
+    if (overlap_f64(&array, 1, &codes, 1)) { return HOPFORM_ERROR_OVERLAP; }
+    if (!are_columns_f64(&chosen, HOPFORM_FLIGHT_COLUMNS, -1)) {
+        return refuse_f64(HOPFORM_ERROR_COLUMNS, &array, 1, NULL, 0);
+    }
+    if (put_flight_matrix_f64(plan, phases, flight, &chosen, matrix)) { return HOPFORM_OK; }
     return refuse_f64(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 

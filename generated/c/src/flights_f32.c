@@ -4,6 +4,7 @@
  */
 #include <fenv.h>
 
+#include "chosen_f32.h"
 #include "columns_f32.h"
 
 /* The columns of results stand one after the other in their struct: the status, numbers, the count of events. */
@@ -29,6 +30,10 @@ static hopform_stances_in_f32 as_stances(const hopform_flights_in_f32 *in) {
     like.time_count = in->time_count;
     like.column_count = in->column_count;
     return like;
+}
+
+static chosen_f32 columns_of(const hopform_stances_in_f32 *asked) {
+    return chosen_of_f32(asked->columns, asked->column_count, HOPFORM_FLIGHT_COLUMNS);
 }
 
 /* ---- one flight ---- */
@@ -72,7 +77,7 @@ static void put_states(const hopform_plan_f32 *plan, const hopform_stances_in_f3
 static void put_sensitivities(const hopform_plan_f32 *plan, const hopform_stances_in_f32 *asked,
                               const hopform_flights_out_f32 *out, int64_t i, const hopform_flight_f32 *flight,
                               bool whole) {
-    const int32_t count = asked->columns != NULL ? asked->column_count : HOPFORM_FLIGHT_COLUMNS;
+    const int32_t count = columns_of(asked).count;
     const int64_t each = (int64_t)HOPFORM_FLIGHT_ROWS * count;
     float *matrix = out->sensitivities + i * each;
     const bool has =
@@ -160,15 +165,10 @@ static int32_t solve(int64_t count, const hopform_flights_in_f32 *in, const hopf
 /* Status of what is asked of each flight: times that do not decrease, columns that there are. */
 static int32_t status_of_asked(const hopform_stances_in_f32 *asked, const hopform_flights_out_f32 *out) {
     bool in_order = out->states == NULL || asked->time_count >= 0;
-    bool known = true;
+    const chosen_f32 chosen = columns_of(asked);
+    const bool known = out->sensitivities == NULL || are_columns_f32(&chosen, HOPFORM_FLIGHT_COLUMNS, -1);
     for (int32_t n = 0; out->states != NULL && asked->times != NULL && n < asked->time_count; n++) {
         in_order = in_order && asked->times[n] >= (n > 0 ? asked->times[n - 1] : 0.0f);
-    }
-    if (out->sensitivities != NULL && asked->columns != NULL) {
-        known = asked->column_count >= 0;
-        for (int32_t n = 0; n < asked->column_count; n++) {
-            known = known && asked->columns[n] >= 0 && asked->columns[n] < HOPFORM_FLIGHT_COLUMNS;
-        }
     }
     return !in_order ? HOPFORM_ERROR_TIME : (known ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS);
 }
@@ -184,9 +184,8 @@ static int32_t status_of(int64_t count, const hopform_flights_in_f32 *in, const 
     const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
     const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
     const size_t times = out->states != NULL && like.time_count > 0 ? (size_t)like.time_count : 0;
-    const size_t chosen = like.column_count > 0 ? (size_t)like.column_count : 0;
-    const size_t matrix =
-        sizeof(float) * HOPFORM_FLIGHT_ROWS * (like.columns != NULL ? chosen : (size_t)HOPFORM_FLIGHT_COLUMNS);
+    const int32_t chosen = columns_of(&like).count;
+    const size_t matrix = sizeof(float) * HOPFORM_FLIGHT_ROWS * (chosen > 0 ? (size_t)chosen : 0);
     elements_f32 written[WRITTEN] = {
         {out->event_time, (ptrdiff_t)(events * sizeof(float)), events * sizeof(float)},
         {out->event_kind, (ptrdiff_t)events, events},
@@ -235,7 +234,7 @@ int32_t hopform_solve_flights_f32(int64_t count, const hopform_flights_in_f32 *i
     own.event_time = is_input[0] ? NULL : own.event_time;
     own.event_kind = is_input[1] ? NULL : own.event_kind;
     own.states = is_input[3] ? NULL : own.states;
-    const bool has_size = in != NULL && (in->columns == NULL || in->column_count >= 0);
+    const bool has_size = in != NULL && columns_of(&like).count >= 0;
     own.sensitivities = is_input[4] || !has_size ? NULL : own.sensitivities;
     for (int n = 0; n < RESULTS; n++) {
         results[n].first = is_input[n + LISTS] ? NULL : results[n].first;

@@ -64,7 +64,7 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_st
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_f32(when, stance)) {
         status = HOPFORM_ERROR_TIME;
-    } else if (!are_columns_f32(chosen)) {
+    } else if (!are_of_stance_f32(chosen)) {
         status = HOPFORM_ERROR_COLUMNS;
     }
     return status < 0 ? refuse_f32(status, arrays, array_count, read, 6) : status;

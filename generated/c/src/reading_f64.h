@@ -64,7 +64,7 @@ static int32_t reading_status_f64(const hopform_plan_f64 *plan, const hopform_st
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_f64(when, stance)) {
         status = HOPFORM_ERROR_TIME;
-    } else if (!are_columns_f64(chosen)) {
+    } else if (!are_of_stance_f64(chosen)) {
         status = HOPFORM_ERROR_COLUMNS;
     }
     return status < 0 ? refuse_f64(status, arrays, array_count, read, 6) : status;

@@ -594,7 +594,7 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                           const int32_t *columns, int32_t column_count, float *matrix) {
-    const chosen_f32 chosen = chosen_of_f32(columns, column_count);
+    const chosen_f32 chosen = chosen_of_f32(columns, column_count, COLUMNS_f32);
     const memory_f32 array = array_f32(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
     const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
@@ -615,7 +615,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const int32_t *columns, int32_t column_count, const float *times, int32_t count,
                                      hopform_state_f32 *states, float *tangents) {
-    const chosen_f32 chosen = chosen_of_f32(columns, column_count);
+    const chosen_f32 chosen = chosen_of_f32(columns, column_count, COLUMNS_f32);
     const size_t of_one = chosen.count > 0 ? (size_t)HOPFORM_TANGENT_ROWS * (size_t)chosen.count : 0;
     const memory_f32 arrays[2] = {
         array_f32(tangents, count, of_one * sizeof *tangents),

@@ -594,7 +594,7 @@ static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stanc
 int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           const int32_t *columns, int32_t column_count, double *matrix) {
-    const chosen_f64 chosen = chosen_of_f64(columns, column_count);
+    const chosen_f64 chosen = chosen_of_f64(columns, column_count, COLUMNS_f64);
     const memory_f64 array = array_f64(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
     const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
@@ -615,7 +615,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const int32_t *columns, int32_t column_count, const double *times, int32_t count,
                                      hopform_state_f64 *states, double *tangents) {
-    const chosen_f64 chosen = chosen_of_f64(columns, column_count);
+    const chosen_f64 chosen = chosen_of_f64(columns, column_count, COLUMNS_f64);
     const size_t of_one = chosen.count > 0 ? (size_t)HOPFORM_TANGENT_ROWS * (size_t)chosen.count : 0;
     const memory_f64 arrays[2] = {
         array_f64(tangents, count, of_one * sizeof *tangents),

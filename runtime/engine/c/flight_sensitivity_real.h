@@ -13,6 +13,7 @@
 #ifndef HOPFORM_FLIGHT_SENSITIVITY_H_real
 #define HOPFORM_FLIGHT_SENSITIVITY_H_real
 
+#include "chosen_real.h"
 #include "flight_real.h"
 
 /* What a column stands for: the change of the robot, of the gains, of the start, whose compression is over the ground
@@ -30,8 +31,7 @@ typedef struct {
     const hopform_flight_phase_real *phases;
     const hopform_flight_real *flight;
     flight_rates_real rates;
-    const int32_t *columns; /* NULL for all */
-    int32_t count;
+    chosen_real chosen;
     real *x1, *v1;
     bool exists; /* each event so far moves in proportion */
 } flight_variation_real;
@@ -61,10 +61,6 @@ typedef struct {
 } flight_answer_real;
 
 /* ---- columns ---- */
-
-static int32_t flight_column_code_real(const flight_variation_real *variation, int32_t column) {
-    return variation->columns != NULL ? variation->columns[column] : column;
-}
 
 /* How the gains of a column change: those that were designed with the start and the robot, too. */
 static gains_change_real gains_change_of_real(const flight_variation_real *variation, int32_t code,
@@ -266,8 +262,8 @@ static flight_answer_real travel_in_flight_real(const flight_variation_real *var
     const real q = answer.pair.q;
     const known_pair_real by = answer.response;
     bool known = false;
-    for (int32_t n = 0; n < variation->count && h > 0.0; n++) {
-        const flight_column_real column = flight_column_of_real(variation, flight_column_code_real(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count && h > 0.0; n++) {
+        const flight_column_real column = flight_column_of_real(variation, code_of_real(&variation->chosen, n));
         const flight_slopes_real slopes = flight_slopes_of_column_real(variation, phase, &column);
         const real x1 = variation->x1[n];
         const real v1 = variation->v1[n];
@@ -295,8 +291,8 @@ static void cross_stop_in_flight_real(flight_variation_real *variation, const ho
                        + fabs_real(answer->end.t * alone_acceleration_real(&answer->pair, &answer->end));
     const real after = now->side == 0 ? 0.0 : now->acc1;
     variation->exists = variation->exists && fabs_real(velocity) > 16.0 * HOPFORM_EPS_real * terms;
-    for (int32_t n = 0; n < variation->count && variation->exists; n++) {
-        const flight_column_real column = flight_column_of_real(variation, flight_column_code_real(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count && variation->exists; n++) {
+        const flight_column_real column = flight_column_of_real(variation, code_of_real(&variation->chosen, n));
         const real stop =
             old->side > 0 ? upper_stop_change_real(robot, &column.robot) : lower_stop_change_real(robot, &column.robot);
         const real late = (stop - variation->x1[n]) / velocity;
@@ -316,7 +312,7 @@ static void cross_rest_in_flight_real(flight_variation_real *variation, const ho
     const real before = (real)old->side * rest.draw;
     const bool turns = now->event != HOPFORM_EVENT_NONE && fabs_real(before) > 0.0;
     variation->exists = variation->exists && turns;
-    for (int32_t n = 0; n < variation->count && variation->exists; n++) {
+    for (int32_t n = 0; n < variation->chosen.count && variation->exists; n++) {
         variation->v1[n] = follows ? variation->v1[n] * (now->acc1 / before) : 0.0;
     }
 }
@@ -326,8 +322,8 @@ static void follow_flight_real(flight_variation_real *variation) {
     const hopform_flight_real *flight = variation->flight;
     const hopform_flight_phase_real *first = variation->phases;
     const bool moves = follows_real(variation, first) && !(flight->start_loss < 0.0);
-    for (int32_t n = 0; n < variation->count; n++) {
-        const flight_column_real column = flight_column_of_real(variation, flight_column_code_real(variation, n));
+    for (int32_t n = 0; n < variation->chosen.count; n++) {
+        const flight_column_real column = flight_column_of_real(variation, code_of_real(&variation->chosen, n));
         variation->x1[n] = column.start.d_x1;
         variation->v1[n] = moves ? column.start.d_v1 : 0.0;
     }
@@ -446,7 +442,7 @@ static void put_flight_rows_real(const flight_variation_real *variation, const f
                                  real *matrix) {
     const hopform_flight_real *flight = variation->flight;
     const hopform_robot_real *robot = &variation->plan->robot;
-    const flight_column_real column = flight_column_of_real(variation, flight_column_code_real(variation, n));
+    const flight_column_real column = flight_column_of_real(variation, code_of_real(&variation->chosen, n));
     const state_change_real *start = &column.start;
     const real T = flight->duration;
     const bool lands = flight->ending == HOPFORM_FLIGHT_TOUCHDOWN;
@@ -471,7 +467,7 @@ static void put_flight_rows_real(const flight_variation_real *variation, const f
         apex_change_in_flight_real(variation, &column, late),
     };
     for (int32_t row = 0; row < HOPFORM_FLIGHT_ROWS; row++) {
-        matrix[row * variation->count + n] = rows[row];
+        matrix[row * variation->chosen.count + n] = rows[row];
     }
 }
 
@@ -488,11 +484,10 @@ static bool has_roots_real(const hopform_plan_real *plan, const hopform_flight_r
 
 /* The matrix of a solved flight; whether it has one. */
 static bool put_flight_matrix_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
-                                   const hopform_flight_real *flight, const int32_t *columns, int32_t count,
-                                   real *matrix) {
+                                   const hopform_flight_real *flight, const chosen_real *chosen, real *matrix) {
+    const int32_t count = chosen->count;
     flight_variation_real variation = {
-        plan, phases, flight, rates_of_flight_real(plan, flight), columns, count, matrix + count, matrix + 2 * count,
-        true,
+        plan, phases, flight, rates_of_flight_real(plan, flight), *chosen, matrix + count, matrix + 2 * count, true,
     };
     if (!has_roots_real(plan, flight)) { return false; }
     follow_flight_real(&variation);
@@ -513,16 +508,6 @@ static bool put_flight_matrix_real(const hopform_plan_real *plan, const hopform_
     return finite;
 }
 
-/* HOPFORM_OK if all are columns of a flight; how many there are, all for NULL. */
-static int32_t flight_columns_status_real(const int32_t *columns, int32_t *count) {
-    *count = columns != NULL ? *count : HOPFORM_FLIGHT_COLUMNS;
-    bool sound = *count >= 0;
-    for (int32_t n = 0; columns != NULL && sound && n < *count; n++) {
-        sound = columns[n] >= 0 && columns[n] < HOPFORM_FLIGHT_COLUMNS;
-    }
-    return sound ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
-}
-
 /* Derivatives of a solved flight at its ending, through its events, by some columns: HOPFORM_FLIGHT_ROWS times
  * `column_count` numbers, row by row; columns NULL: all HOPFORM_FLIGHT_COLUMNS of them. Zeros if there are none
  * (HOPFORM_NO_DERIVATIVE): a velocity that meets a stop, or the foot the ground, grazes it; a velocity touches 0 under
@@ -536,16 +521,17 @@ static int32_t flight_columns_status_real(const int32_t *columns, int32_t *count
 int32_t hopform_flight_sensitivities_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                           const hopform_flight_real *flight, const int32_t *columns,
                                           int32_t column_count, real *matrix) {
-    int32_t count = column_count;
-    const int32_t known = flight_columns_status_real(columns, &count);
-    const memory_real array = array_real(matrix, count, HOPFORM_FLIGHT_ROWS * sizeof *matrix);
-    const memory_real chosen = array_real(columns, count, sizeof *columns);
+    const chosen_real chosen = chosen_of_real(columns, column_count, HOPFORM_FLIGHT_COLUMNS);
+    const memory_real array = array_real(matrix, chosen.count, HOPFORM_FLIGHT_ROWS * sizeof *matrix);
+    const memory_real codes = array_real(columns, chosen.count, sizeof *columns);
     int32_t status = flight_reading_status_real(plan, phases, flight, NULL, 0, false, &array, matrix != NULL ? 1 : 0);
     if (status < 0) { return status; }
-    if (matrix == NULL && count != 0) { return HOPFORM_ERROR_NULL; }
-    if (overlap_real(&array, 1, &chosen, 1)) { return HOPFORM_ERROR_OVERLAP; }
-    if (known < 0) { return refuse_real(known, &array, 1, NULL, 0); }
-    if (put_flight_matrix_real(plan, phases, flight, columns, count, matrix)) { return HOPFORM_OK; }
+    if (matrix == NULL && chosen.count != 0) { return HOPFORM_ERROR_NULL; }
+    if (overlap_real(&array, 1, &codes, 1)) { return HOPFORM_ERROR_OVERLAP; }
+    if (!are_columns_real(&chosen, HOPFORM_FLIGHT_COLUMNS, -1)) {
+        return refuse_real(HOPFORM_ERROR_COLUMNS, &array, 1, NULL, 0);
+    }
+    if (put_flight_matrix_real(plan, phases, flight, &chosen, matrix)) { return HOPFORM_OK; }
     return refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 

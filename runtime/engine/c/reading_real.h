@@ -64,7 +64,7 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_real(when, stance)) {
         status = HOPFORM_ERROR_TIME;
-    } else if (!are_columns_real(chosen)) {
+    } else if (!are_of_stance_real(chosen)) {
         status = HOPFORM_ERROR_COLUMNS;
     }
     return status < 0 ? refuse_real(status, arrays, array_count, read, 6) : status;

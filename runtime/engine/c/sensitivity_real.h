@@ -594,7 +594,7 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
 int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
                                           const int32_t *columns, int32_t column_count, real *matrix) {
-    const chosen_real chosen = chosen_of_real(columns, column_count);
+    const chosen_real chosen = chosen_of_real(columns, column_count, COLUMNS_real);
     const memory_real array = array_real(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
     const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
@@ -615,7 +615,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const int32_t *columns, int32_t column_count, const real *times, int32_t count,
                                      hopform_state_real *states, real *tangents) {
-    const chosen_real chosen = chosen_of_real(columns, column_count);
+    const chosen_real chosen = chosen_of_real(columns, column_count, COLUMNS_real);
     const size_t of_one = chosen.count > 0 ? (size_t)HOPFORM_TANGENT_ROWS * (size_t)chosen.count : 0;
     const memory_real arrays[2] = {
         array_real(tangents, count, of_one * sizeof *tangents),

@@ -21,7 +21,7 @@ static int64_t times_of(const hopform_stances_in_real *in) {
 
 static chosen_real columns_of(const hopform_stances_in_real *in) {
     const chosen_real none = {NULL, 0};
-    return in != NULL ? chosen_of_real(in->columns, in->column_count) : none;
+    return in != NULL ? chosen_of_real(in->columns, in->column_count, COLUMNS_real) : none;
 }
 
 static int64_t matrix_of(const chosen_real *chosen, int64_t rows) {
@@ -205,7 +205,7 @@ static int32_t status_of_asked(const hopform_stances_in_real *in, const hopform_
         return HOPFORM_ERROR_STEPS;
     }
     if (at_times && (in->time_count < 0 || !are_times(in, out->tangents != NULL))) { return HOPFORM_ERROR_TIME; }
-    return are_columns_real(&chosen) ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
+    return are_of_stance_real(&chosen) ? HOPFORM_OK : HOPFORM_ERROR_COLUMNS;
 }
 
 /* Memory of `each` numbers or codes of a size a stance. */
