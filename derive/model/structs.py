@@ -242,7 +242,7 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
     Member("sensitivities", "real *", "a matrix a stance, NaN where there is none; NULL if not wanted"),
     Member("tangents", "real *", "time_count matrices a stance, NaN behind its ending; NULL if not wanted"),
     Member("reading_status", "int32 *", "of what is read of each stance, and of its sensitivities; NULL if not wanted"),
-    Member("tangent_status", "int32 *", "HOPFORM_NO_DERIVATIVE where an event before the times grazes; NULL likewise"),
+    Member("tangent_status", "int32 *", "HOPFORM_NO_DERIVATIVE where one up to the times has none; NULL likewise"),
     Member("compressions", "real *", "the largest one of each stance; NULL if not wanted", "m"),
 )
 

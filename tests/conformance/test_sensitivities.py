@@ -2,6 +2,7 @@
 and the formulas behind them by algebra.
 """
 
+import ctypes
 import dataclasses
 import itertools
 import math
@@ -18,6 +19,7 @@ from derive.ir import unfold
 from derive.maths import control, energy, sensitivity
 from derive.model import quantities as Q
 from derive.shipped import HOPPER
+from hopform._solver.c import NO_DERIVATIVE, pointer
 from hopform_solver.elements import ROWS
 from tests import needs
 from tests.conformance.errors import rounded
@@ -25,6 +27,7 @@ from tests.conformance.random_stances import random_robot
 from tests.oracle.differences import STOPS, differences, scaled_error, size_of
 
 TOLERANCE = 1e-11
+OK = 0
 APEX = ROWS.index("apex")
 
 
@@ -251,6 +254,63 @@ def test_a_rest_that_a_small_change_ends_has_no_derivatives(balanced):
         assert firm.status == "rest" and not np.isnan(firm.sensitivities["T", "u"])
     assert (stance.status, stance.duration) == ("rest", 0.0)
     assert np.isnan(stance.sensitivities.matrix).all()
+
+
+FREELY = own(f1=0.0, f2=0.0, b1=0.0, b2=0.0, g=0.0, gamma2=-64.0, m_eff=32.0, m_s=4.0, **FREE)
+"""2 m/s^2 of the actuator per A, -16 m/s^2 of the body where it is held."""
+THEN = [(0.0, 0.0), (0.05, 9.0)]
+RESTS: dict[str, tuple[hopform.Robot, dict[str, Any], bool]] = {
+    "balanced, then a step moves it": (FREELY, {"u": THEN, "horizon": 0.2}, False),
+    "balanced up to the horizon": (FREELY, {"u": THEN, "horizon": 0.03}, False),
+    "one mass without friction": (dataclasses.replace(FREELY, f2=3.0), {"u": THEN, "horizon": 0.2}, False),
+    "at its friction, then a step moves it": (
+        dataclasses.replace(FREELY, f1=2.0, f2=3.0), {"u": [(0.0, 1.0), (0.05, 9.0)], "horizon": 0.2}, False,
+    ),
+    "below its friction": (
+        dataclasses.replace(FREELY, f1=2.0, f2=3.0), {"u": [(0.0, 0.5), (0.05, 9.0)], "horizon": 0.2}, True,
+    ),
+    "no friction at the stop that it is pressed to": (
+        dataclasses.replace(FREELY, f2=3.0, x1_min=0.0), {"u": [(0.0, -0.5), (0.05, 9.0)], "horizon": 0.2}, True,
+    ),
+    "no friction, locked": (
+        dataclasses.replace(FREELY, f2=3.0, x1_max=0.0, x1_min=0.0), {"u": THEN, "horizon": 0.03}, True,
+    ),
+    "taken off its friction by the other mass": (
+        dataclasses.replace(FREELY, f1=2.0), {"v2": -0.3, "u": 1.0, "horizon": 0.05}, True,
+    ),
+    "taken off a friction that falls as it slips": (
+        dataclasses.replace(FREELY, f1=1.5, f1_excess=0.5), {"v2": -0.3, "u": 1.0, "horizon": 0.05}, False,
+    ),
+    "taken from below such a friction": (
+        dataclasses.replace(FREELY, f1=1.5, f1_excess=0.5), {"v2": -0.3, "u": 0.99, "horizon": 0.05}, True,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RESTS)
+def test_a_rest_that_a_step_ends_has_derivatives_if_it_stays_one_at_a_small_change(name):
+    robot, start, exists = RESTS[name]
+    stance = hopform.solve_stance(robot, **{"v2": 0.0, **start})
+    assert stance.status == "horizon"
+    rows = np.delete(stance.sensitivities.matrix, APEX, axis=0)
+    assert np.isfinite(rows).all() if exists else np.isnan(rows).all()
+    for t, found in ((0.0, True), (0.5 * start["horizon"], exists), (start["horizon"], exists)):
+        assert tangent_status(stance, t) == (OK if found else NO_DERIVATIVE)
+
+
+def tangent_status(stance: hopform.Stance, t: float) -> int:
+    """What C says of the derivatives of a state."""
+    into = np.array([t]), np.empty((1, 4)), np.empty((1, 4, 1))
+    column, count = np.array([4], np.int32), ctypes.c_int32(1)
+    times, *rest = map(pointer, into)
+    return stance._solved.call("stance_tangents", pointer(column), count, times, count, *rest)
+
+
+def test_behind_a_rest_that_a_small_change_ends_states_have_no_derivatives():
+    for robot, status in ((FREELY, NO_DERIVATIVE), (dataclasses.replace(FREELY, f1=1.0, f2=1.0), OK)):
+        stance = hopform.solve_stance(robot, v2=0.0)
+        assert (stance.status, stance.duration) == ("rest", 0.0)
+        assert (tangent_status(stance, 0.0), tangent_status(stance, 1.0)) == (OK, status)
 
 
 def test_a_leg_that_extends_from_equal_velocities_has_no_derivatives(hopper_c):

@@ -69,6 +69,18 @@ def batch_of(joint: Any, given: dict[str, np.ndarray], **how: Any) -> Any:
     return joint.solve_motions(joint.Robot(), start={"q_dot": given["start"]}, **{"horizon": 1.0, **fields, **how})
 
 
+# ---- rests that a small change ends ----
+
+
+@pytest.mark.parametrize(("friction", "exists"), [(0.0, False), (0.1, True)])
+def test_a_joint_that_rests_until_a_step_moves_it_has_derivatives_if_friction_holds_it(joint, friction, exists):
+    robot = joint.Robot(F_p=friction)
+    steps = {"u": [[0.0, 6.0]], "u_times": [0.0, 0.1], "horizon": 0.3}
+    batch = joint.solve_motions(robot, start={"q_dot": np.zeros(1)}, sensitivities=("u[0]", "u[1]", "i"), **steps)
+    rows = batch.sensitivities.matrix[0]
+    assert np.isfinite(rows).all() if exists else np.isnan(rows).all()
+
+
 # ---- the same motions ----
 
 

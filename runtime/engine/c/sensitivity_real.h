@@ -38,6 +38,7 @@ typedef struct {
     real *late;    /* how much later the event came that began the phase, 0 where its time is fixed; or NULL */
     bool is_timed; /* these are known: a velocity that fades to nothing has no time in proportion */
     bool exists;   /* the time of each event so far moves in proportion */
+    bool holds;    /* what rested so far for a while stays so at every small change */
 } variation_real;
 
 static inline int32_t code_at_real(const variation_real *variation, int32_t column) {
@@ -280,12 +281,48 @@ static bool is_ahead_real(int32_t code, int32_t step) {
     return code >= HOPFORM_COLUMN_OF_STEP(step + 1);
 }
 
+/* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
+ * its friction at rest, or a stop carries it, or it never moves. */
+static bool stays_held_real(const variation_real *variation, int element) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const state_by_axis_real *at = &variation->at;
+    free_by_element_real free;
+    const hopform_rates_real *rates = rates_in_mode_real(variation->plan, mode_of_phase_real(phase));
+    free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
+    const real downwards = -level_at_rest_real(robot, element, -1);
+    const real upwards = level_at_rest_real(robot, element, 1);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element);
+    const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
+    const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_real(robot));
+    const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_real(robot));
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
+}
+
+/* Whether what a phase holds where it begins stays held at every small change, or changes nothing in proportion if it
+ * does not: one that the other mass's motion takes off its threshold gains nothing there, unless its friction falls as
+ * it slips. */
+static bool holds_in_proportion_real(const variation_real *variation) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const row_real row = variation->mode.row;
+    bool holds = true;
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        const bool falls =
+            excess_to_side_real(robot, element, -1) > 0.0 || excess_to_side_real(robot, element, 1) > 0.0;
+        const bool counts = side_of_mode_real(row, element) == 0 && (rests_of_mode_real(row) || falls);
+        holds = holds && (!counts || stays_held_real(variation, element));
+    }
+    return holds;
+}
+
 /* Follow the changes within a phase, up to a time of the stance; the state, too, where it is wanted. */
 static void travel_real(variation_real *variation, real t, bool wants_state) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real *mode = &variation->mode;
     const real h = t - variation->t;
+    const bool begins = !(variation->t > phase->t);
+    if (h > 0.0 && begins) { variation->holds = variation->holds && holds_in_proportion_real(variation); }
     variation->t = t;
     if (!(h > 0.0) || rests_real(mode)) { return; }
     answers_real answers;
@@ -443,6 +480,7 @@ static void begin_variation_real(variation_real *variation, const hopform_plan_r
     variation->late = late;
     variation->is_timed = true;
     variation->exists = true;
+    variation->holds = true;
     put_mode_real(&variation->mode, variation->plan, variation->phases, current_real(variation, variation->phases));
     const bool goes_on = !is_left_real(stance) || stance->duration > 0.0;
     bool moves[HOPFORM_AXES] = {true, true, true, true};
@@ -472,24 +510,6 @@ static void follow_to_real(variation_real *variation, int32_t last, real t, bool
         cross_real(variation);
     }
     travel_real(variation, t, wants_state);
-}
-
-/* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
- * its friction at rest, or a stop carries it, or it never moves. */
-static bool stays_held_real(const variation_real *variation, int element) {
-    const hopform_robot_real *robot = &variation->plan->robot;
-    const hopform_phase_real *phase = &variation->phases[variation->index];
-    const state_by_axis_real *at = &variation->at;
-    free_by_element_real free;
-    const hopform_rates_real *rates = rates_in_mode_real(variation->plan, mode_of_phase_real(phase));
-    free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
-    const real downwards = -level_at_rest_real(robot, element, -1);
-    const real upwards = level_at_rest_real(robot, element, 1);
-    const bool never_moves = HOPFORM_NEVER_MOVES(element);
-    const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
-    const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_real(robot));
-    const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_real(robot));
-    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 
 /* How much later the ending comes, from what ended the stance and what changes there; false where it is not in
@@ -577,10 +597,10 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
 }
 
 /* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
- * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
- * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
- * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
- * state moves with the start; and a row that only a rise has is 0 without one.
+ * numbers, row by row; zeros if there are none (positive status), as where an event grazes, where a small change ends a
+ * rest, or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass.
+ * With a contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends
+ * as it starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
  * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
  * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
@@ -602,14 +622,14 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     begin_variation_real(&variation, plan, steps, phases, stance, &chosen, matrix,
                          matrix + HOPFORM_AXES * (ptrdiff_t)chosen.count);
     follow_to_real(&variation, stance->phases_kept - 1, stance->duration, false);
-    const bool exists = variation.exists && finish_real(&variation, stance, matrix);
+    const bool exists = variation.exists && variation.holds && finish_real(&variation, stance, matrix);
     return exists ? HOPFORM_OK : refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
 /* States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
  * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
- * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
- * notice it.
+ * hopform_stance_sensitivities. Where an event grazes, or a rest that a small change ends goes on
+ * (HOPFORM_NO_DERIVATIVE), they are those of a motion that does not notice it.
  */
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
@@ -634,9 +654,10 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
             variation.change += of_one;
         }
         follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration), true);
+        if (times[i] > stance->duration) { variation.holds = variation.holds && holds_in_proportion_real(&variation); }
         if (states != NULL) { states[i] = variation.at.named; }
     }
-    return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+    return variation.exists && variation.holds ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }
 
 #endif

@@ -113,7 +113,7 @@ Readings = Mapping[str, NDArray[Any]]
 """Arrays in one piece for what is asked of stances besides, these on the first axis: `states`, times by x1, v1, v2, y;
 `sensitivities`, rows by columns; `tangents`, times by x1, v1, v2, y by columns; the largest `compressions`; NaN where
 there are none. As integers of C the status of what is read, `reading_status`, where it is "no_derivative" the ending has
-none, and `tangent_status`, where an event grazes.
+none, and `tangent_status`, where an event grazes or a small change ends a rest.
 """
 
 

@@ -349,7 +349,7 @@ typedef struct {
     double *sensitivities; /**< a matrix a stance, NaN where there is none; NULL if not wanted */
     double *tangents; /**< time_count matrices a stance, NaN behind its ending; NULL if not wanted */
     int32_t *reading_status; /**< of what is read of each stance, and of its sensitivities; NULL if not wanted */
-    int32_t *tangent_status; /**< HOPFORM_NO_DERIVATIVE where an event before the times grazes; NULL likewise */
+    int32_t *tangent_status; /**< HOPFORM_NO_DERIVATIVE where one up to the times has none; NULL likewise */
     double *compressions; /**< [m] the largest one of each stance; NULL if not wanted */
 } hopform_stances_out_f64;
 
@@ -551,10 +551,10 @@ int32_t hopform_plant_place_f64(hopform_plant_f64 *plant, const hopform_start_f6
 int32_t hopform_plant_step_f64(hopform_plant_f64 *plant, double u, double dt, hopform_report_f64 *report);
 
 /** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
- * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
- * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
- * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
- * state moves with the start; and a row that only a rise has is 0 without one.
+ * numbers, row by row; zeros if there are none (positive status), as where an event grazes, where a small change ends a
+ * rest, or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass.
+ * With a contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends
+ * as it starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
  * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
  * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
@@ -571,8 +571,8 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 
 /** States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
  * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
- * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
- * notice it.
+ * hopform_stance_sensitivities. Where an event grazes, or a rest that a small change ends goes on
+ * (HOPFORM_NO_DERIVATIVE), they are those of a motion that does not notice it.
  */
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
