@@ -108,7 +108,9 @@ def hopform_driver(precision: str, count_instructions: bool = False) -> Path:
         "-I",
         str(C / "include"),
     ]
-    single = (path for path in sorted((C / "src").glob("*.c")) if not path.name.startswith("batch_"))
+    single = (
+        path for path in sorted((C / "src").glob("*.c")) if not path.name.startswith(("batch_", "flights_", "hops_"))
+    )
     sources = [HERE / "hopform_real.c", *single]
     return _build(command, sources, f"hopform_{precision}{'_count' * count_instructions}", [])
 

@@ -328,7 +328,7 @@ static void travel_f32(variation_f32 *variation, float t, bool wants_state) {
     answers_f32 answers;
     const basis_by_order_f32 response = response_in_mode_f32(mode, h);
     begin_answers_f32(&answers, mode, variation->at.of, h, response.of);
-    float phi[CORE_f32][HOPFORM_AXES]; /* by columns, those that a change needs */
+    float phi[CORE_f32][HOPFORM_AXES] = {{0.0f}}; /* by columns, those that a change needs */
     bool is_put[CORE_f32] = {false};
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_f32(variation, column);

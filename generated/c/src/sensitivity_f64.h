@@ -328,7 +328,7 @@ static void travel_f64(variation_f64 *variation, double t, bool wants_state) {
     answers_f64 answers;
     const basis_by_order_f64 response = response_in_mode_f64(mode, h);
     begin_answers_f64(&answers, mode, variation->at.of, h, response.of);
-    double phi[CORE_f64][HOPFORM_AXES]; /* by columns, those that a change needs */
+    double phi[CORE_f64][HOPFORM_AXES] = {{0.0}}; /* by columns, those that a change needs */
     bool is_put[CORE_f64] = {false};
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_f64(variation, column);

@@ -328,7 +328,7 @@ static void travel_real(variation_real *variation, real t, bool wants_state) {
     answers_real answers;
     const basis_by_order_real response = response_in_mode_real(mode, h);
     begin_answers_real(&answers, mode, variation->at.of, h, response.of);
-    real phi[CORE_real][HOPFORM_AXES]; /* by columns, those that a change needs */
+    real phi[CORE_real][HOPFORM_AXES] = {{0.0}}; /* by columns, those that a change needs */
     bool is_put[CORE_real] = {false};
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_real(variation, column);
