@@ -198,7 +198,7 @@ def _beginning(
     if begins[0] == "v2":
         return {"v2": v2, **of_touchdown}
     for name, value in of_touchdown.items():
-        if np.ndim(cast(Any, value)) or finite(name, value, "") != 0.0:
+        if finite(name, value, "") != 0.0:
             raise HopformError(
                 f"{name} is that of the first touchdown, beside v2: 0 with {begins[0]}, got {shown(value)}"
             )

@@ -156,7 +156,7 @@ def test_a_wheel_requires_three_packages_and_has_the_extras_of_users_alone(wheel
     told = metadata(wheel)
     always = [line for line in told.get_all("Requires-Dist") if "extra ==" not in line]
     assert sorted(re.split(r"\W", line)[0] for line in always) == ["numpy", "rich", "typer"]
-    assert set(told.get_all("Provides-Extra")) == {"all", "compiler", "derive", "identify", "plot", "xarray"}
+    assert set(told.get_all("Provides-Extra")) == {"all", "compiler", "derive", "identify", "jax", "plot", "xarray"}
 
 
 def test_every_link_and_picture_of_the_page_of_an_index_leads_into_the_tag_of_the_version(wheel):
