@@ -3,6 +3,7 @@
  * Many flights, one after the other, from columns to columns; their states at shared times, and their derivatives.
  */
 #include <fenv.h>
+#include <string.h>
 
 #include "chosen_f32.h"
 #include "columns_f32.h"
@@ -13,7 +14,8 @@ enum { NUMBERS = 13, RESULTS = NUMBERS + 2, LISTS = 5, WRITTEN = LISTS + RESULTS
 /* Where robots, starts and longest times are read, and what is asked, as of stances, with the ground in place of the
  * input. Without inputs nothing is asked. */
 static hopform_stances_in_f32 as_stances(const hopform_flights_in_f32 *in) {
-    hopform_stances_in_f32 like = {{{NULL, 0}}};
+    hopform_stances_in_f32 like;
+    (void)memset(&like, 0, sizeof like);
     if (in == NULL) { return like; }
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
         like.robot[n] = in->robot[n];

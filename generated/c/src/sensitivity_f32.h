@@ -46,7 +46,7 @@ static inline int32_t code_at_f32(const variation_f32 *variation, int32_t column
 }
 
 static inline state_by_axis_f32 change_of_column_f32(const variation_f32 *variation, int32_t column) {
-    state_by_axis_f32 change;
+    state_by_axis_f32 change = {{0.0f, 0.0f, 0.0f, 0.0f}};
     UNROLLED_f32 for (int i = 0; i < HOPFORM_AXES; i++) {
         change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
     }
@@ -492,11 +492,11 @@ static void begin_variation_f32(variation_f32 *variation, const hopform_plan_f32
     variation->at.named = start_of_phase_f32(variation->phases);
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_f32(variation, column);
-        state_by_axis_f32 change;
+        state_by_axis_f32 begun;
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            change.of[i] = moves[i] && code == column_of_axis_f32[i] ? 1.0f : 0.0f;
+            begun.of[i] = moves[i] && code == column_of_axis_f32[i] ? 1.0f : 0.0f;
         }
-        put_change_f32(variation, column, &change);
+        put_change_f32(variation, column, &begun);
     }
     not_late_f32(variation);
 }

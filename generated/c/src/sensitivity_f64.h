@@ -46,7 +46,7 @@ static inline int32_t code_at_f64(const variation_f64 *variation, int32_t column
 }
 
 static inline state_by_axis_f64 change_of_column_f64(const variation_f64 *variation, int32_t column) {
-    state_by_axis_f64 change;
+    state_by_axis_f64 change = {{0.0, 0.0, 0.0, 0.0}};
     UNROLLED_f64 for (int i = 0; i < HOPFORM_AXES; i++) {
         change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
     }
@@ -492,11 +492,11 @@ static void begin_variation_f64(variation_f64 *variation, const hopform_plan_f64
     variation->at.named = start_of_phase_f64(variation->phases);
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_f64(variation, column);
-        state_by_axis_f64 change;
+        state_by_axis_f64 begun;
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            change.of[i] = moves[i] && code == column_of_axis_f64[i] ? 1.0 : 0.0;
+            begun.of[i] = moves[i] && code == column_of_axis_f64[i] ? 1.0 : 0.0;
         }
-        put_change_f64(variation, column, &change);
+        put_change_f64(variation, column, &begun);
     }
     not_late_f64(variation);
 }

@@ -46,7 +46,7 @@ static inline int32_t code_at_real(const variation_real *variation, int32_t colu
 }
 
 static inline state_by_axis_real change_of_column_real(const variation_real *variation, int32_t column) {
-    state_by_axis_real change;
+    state_by_axis_real change = {{0.0, 0.0, 0.0, 0.0}};
     UNROLLED_real for (int i = 0; i < HOPFORM_AXES; i++) {
         change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
     }
@@ -492,11 +492,11 @@ static void begin_variation_real(variation_real *variation, const hopform_plan_r
     variation->at.named = start_of_phase_real(variation->phases);
     for (int32_t column = 0; column < variation->chosen.count; column++) {
         const int32_t code = code_at_real(variation, column);
-        state_by_axis_real change;
+        state_by_axis_real begun;
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            change.of[i] = moves[i] && code == column_of_axis_real[i] ? 1.0 : 0.0;
+            begun.of[i] = moves[i] && code == column_of_axis_real[i] ? 1.0 : 0.0;
         }
-        put_change_real(variation, column, &change);
+        put_change_real(variation, column, &begun);
     }
     not_late_real(variation);
 }
