@@ -85,12 +85,12 @@ class Motions(Shown):
     event_count: NDArray[np.int32]
     event_time: NDArray[np.floating] | None
     event_kind: NDArray[np.int8] | None
-    sensitivities: ManySensitivities | None = None
+    sensitivities: ManySensitivities | Any = None
     labels: Labels | None = None
     """of the inputs, where they are DataArrays of xarray: `to_xarray` has them again"""
     times: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
     states: Any = dataclasses.field(default=None, kw_only=True)
-    state_sensitivities: ManySensitivities | None = dataclasses.field(default=None, kw_only=True)
+    state_sensitivities: ManySensitivities | Any = dataclasses.field(default=None, kw_only=True)
     u_times: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
     u: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
     _unit_of_input: str = dataclasses.field(default="1", kw_only=True, repr=False, compare=False)

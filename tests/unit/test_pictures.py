@@ -62,6 +62,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "run at 0 A": lambda: hopform.hopping.simulate(HOPPER, [0.0] * 7, 0.0, height=0.2),
     **{f"run of {name}": lambda name=name: run(3, name, 0.1) for name in hopform.ROBOTS},
     "flights": lambda: hopform.solve_flights(HOPPER, v2=np.linspace(0.5, 2.0, 4)[:, np.newaxis], x1=[0.0, 0.03, 0.05]),
+    "hops": lambda: hopform.solve_hops(HOPPER, height=np.linspace(0.02, 0.2, 21), u=2.0, hops=5),
     "batch": lambda: hopform.solve_stances(HOPPER, v2=np.linspace(-2.0, -1.0, 5), u=2.0),
     "batch of two dimensions": lambda: hopform.solve_stances(
         HOPPER, v2=np.linspace(-2.0, -1.0, 5)[:, np.newaxis], u=np.array([0.0, 1.0, 2.0])

@@ -675,7 +675,7 @@ uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *pha
  * robot changes. Columns of inputs must not be NULL; they may be interleaved with columns of results, but nothing may
  * be written between the inputs of a stance's steps. A negative status refuses every stance.
  *
- * What is read of a stance is what hopform_stance_at, _sensitivities, _tangents and _compression say of it, at `times`
+ * What is read of a stance is what hopform_stance_at, _sensitivities and _tangents say of it, at `times`
  * and by `columns`: NaN behind an ending, which a rest has none, where there are no derivatives, and of a stance that
  * is refused; a row that only a rise behind a contact has is NaN without one. HOPFORM_PHASES_NOT_KEPT if the events of
  * a stance did not fit, as its event_count shows, or its phases did not, of which then nothing else is read: its

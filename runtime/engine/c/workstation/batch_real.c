@@ -35,7 +35,7 @@ typedef struct {
     hopform_state_real *states;
     real *matrix;
     real *tangents;
-    real *compression;
+    real *largest_y;
     int32_t *status;
     int32_t *tangent_status;
 } places;
@@ -50,7 +50,7 @@ static places places_of(const hopform_stances_out_real *out, int64_t i, int64_t 
     if (out->reading_status != NULL) { to.status = out->reading_status + i; }
     if (out->tangent_status != NULL) { to.tangent_status = out->tangent_status + i; }
 #if HOPFORM_HAS_CONTACT
-    if (out->compressions != NULL) { to.compression = out->compressions + i; }
+    if (out->compressions != NULL) { to.largest_y = out->compressions + i; }
 #endif
     return to;
 }
@@ -68,7 +68,7 @@ static void read_nothing(const places *to, int64_t times, const chosen_real *cho
     }
     if (to->matrix != NULL) { no_numbers(to->matrix, matrix_of(chosen, HOPFORM_SENSITIVITY_ROWS)); }
     if (to->tangents != NULL) { no_numbers(to->tangents, times * matrix_of(chosen, HOPFORM_TANGENT_ROWS)); }
-    if (to->compression != NULL) { no_numbers(to->compression, 1); }
+    if (to->largest_y != NULL) { no_numbers(to->largest_y, 1); }
     if (to->status != NULL) { *to->status = status; }
     if (to->tangent_status != NULL) { *to->tangent_status = status; }
 }
@@ -135,8 +135,8 @@ static void read_stance(const solved *of, const hopform_stances_in_real *in, con
     if (to->matrix != NULL) { status = read_sensitivities(of, in, chosen, to->matrix); }
     if (to->tangents != NULL) { tangent_status = read_tangents(of, in, chosen, to->tangents); }
 #if HOPFORM_HAS_CONTACT
-    if (to->compression != NULL) {
-        (void)hopform_stance_compression_real(of->plan, of->steps, of->phases, of->stance, to->compression);
+    if (to->largest_y != NULL) {
+        (void)hopform_stance_compression_real(of->plan, of->steps, of->phases, of->stance, to->largest_y);
     }
 #endif
     if (to->status != NULL) { *to->status = status; }
@@ -224,9 +224,9 @@ static int32_t status_of(int64_t count, const hopform_stances_in_real *in, const
         (out->phases == NULL && out->phase_capacity > 0) || (out->event_time == NULL) != (out->event_kind == NULL);
     const int64_t events = out->event_capacity > 0 ? out->event_capacity : 0;
 #if HOPFORM_HAS_CONTACT
-    const elements_real compressions = list_of(out->compressions, 1, sizeof(real));
+    const elements_real largest_y = list_of(out->compressions, 1, sizeof(real));
 #else
-    const elements_real compressions = {NULL, 0, 0};
+    const elements_real largest_y = {NULL, 0, 0};
 #endif
     elements_real written[WRITTEN] = {
         list_of(out->event_time, events, sizeof(real)),
@@ -238,7 +238,7 @@ static int32_t status_of(int64_t count, const hopform_stances_in_real *in, const
         list_of(out->tangents, times * matrix_of(&chosen, HOPFORM_TANGENT_ROWS), sizeof(real)),
         list_of(out->reading_status, 1, sizeof(int32_t)),
         list_of(out->tangent_status, 1, sizeof(int32_t)),
-        compressions,
+        largest_y,
     };
     const void *first = out;
     const hopform_output_real *results = first;
@@ -285,7 +285,7 @@ static void refuse_all(int64_t count, const hopform_stances_in_real *in, const h
  * robot changes. Columns of inputs must not be NULL; they may be interleaved with columns of results, but nothing may
  * be written between the inputs of a stance's steps. A negative status refuses every stance.
  *
- * What is read of a stance is what hopform_stance_at, _sensitivities, _tangents and _compression say of it, at `times`
+ * What is read of a stance is what hopform_stance_at, _sensitivities and _tangents say of it, at `times`
  * and by `columns`: NaN behind an ending, which a rest has none, where there are no derivatives, and of a stance that
  * is refused; a row that only a rise behind a contact has is NaN without one. HOPFORM_PHASES_NOT_KEPT if the events of
  * a stance did not fit, as its event_count shows, or its phases did not, of which then nothing else is read: its
