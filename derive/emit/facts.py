@@ -17,6 +17,7 @@ from ..model import quantities as Q
 from ..model import words
 from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
 from ..model.names import in_c
+from ..model.units import base_units
 
 FORMAT = 3
 """Of solver.toml, and of the functions and structs of the library beside it: a reader refuses another, because it would
@@ -46,13 +47,16 @@ LACKS_EQUATIONS = "the equations of motion of the hopper"
 MASS_OF = {Q.viscous_1: 0, Q.coulomb_1: 0, Q.STOP_LOSS.symbol: 0, Q.viscous_2: 1, Q.coulomb_2: 1}
 """The entries of the ledger that belong to a mass, by its index."""
 
+OF_FORCES = ("N", "N m", "N s/m", "N/m")
+"""Units of what no table lists: forces, and gains of the law in flight."""
+
 OUTPUT_UNITS = {"T": "s", "apex": "m", "aed": "J"}
 
 
 def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[str, Any]:
     """The facts of a model's solver, whose libraries are compiled from these sources, by paths in its folder."""
     lacks = dict(_lacks(model))
-    return {
+    known = {
         "format": FORMAT,
         "name": model.name,
         "title": model.title,
@@ -75,6 +79,9 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
         ],
         "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
+    tables = (table for value in known.values() if isinstance(value, list) for table in value)
+    units = {str(table["unit"]) for table in tables if isinstance(table, Mapping) and "unit" in table}
+    return known | {"dimensions": {unit: base_units(unit) for unit in sorted({*units, *OF_FORCES})}}
 
 
 def _lacks(model: Model) -> Iterator[tuple[str, str]]:

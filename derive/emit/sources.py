@@ -42,6 +42,9 @@ OF_CONTACT = (
 )
 """Sources of the engine that only a model with a contact has."""
 
+BRANCHING = ("c/", "packages/fmu/")
+"""Sources of the engine with branches that a model without a contact does not have."""
+
 FIRMWARE = ("c/", "packages/")
 """The parts in which a model without a contact says motion, and has nothing that a contact brings."""
 
@@ -79,7 +82,7 @@ class Solver:
         for name, source in engine():
             if self.has(instance(name)) and (whole or name not in OF_CONTACT):
                 text = source.read_text("utf-8")
-                yield name, text if whole or not name.startswith("c/") else by_contact(text, has_contact=False)
+                yield name, text if whole or not name.startswith(BRANCHING) else by_contact(text, has_contact=False)
 
     def instances(self) -> Iterator[tuple[Path, str]]:
         """The engine in the precisions of the solver, its first line but for who made it."""
@@ -95,9 +98,10 @@ class Solver:
         return not of_some or place[2] in program_of(self.model).folders
 
     def _spelled(self, name: str, text: str, precision: Precision | None) -> str:
-        """A text in its precision, if it has one, and in the words of the model's motion; an example is in the first."""
+        """A text in its precision, if it has one, and in the words of the model's motion; an example is in the first,
+        an FMU in double precision."""
         if name.startswith("packages/") and name.endswith((".c", ".ino")):
-            precision = self.precisions[0]
+            precision = F64 if name.startswith("packages/fmu/") else self.precisions[0]
         text = as_motion(text) if self._moves_by_motion(name) else text
         return text if precision is None else instantiate(text, precision)
 

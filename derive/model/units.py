@@ -47,6 +47,19 @@ def dimension(unit: str) -> Dimension | None:
     return tuple(total)
 
 
+def base_units(unit: str) -> dict[str, int]:
+    """The powers of the base units in a unit, and that of rad, those that are not 0; none for one that is not known.
+
+    >>> base_units("N m s/rad")
+    {'kg': 1, 'm': 2, 's': -1, 'rad': -1}
+    """
+    powers, with_length = dimension(unit), dimension(unit.replace("rad", "m"))
+    if powers is None or with_length is None:
+        return {}
+    by_name = dict(zip(_BASE, powers, strict=True)) | {"rad": with_length[0] - powers[0]}
+    return {name: int(by_name[name]) for name in ("kg", "m", "s", "A", "K", "rad") if by_name[name]}
+
+
 def scaled(unit: str) -> str:
     """The first factor of a unit that is a multiple of an SI unit; "" if there is none."""
     return next((each for each in re.findall(r"[A-Za-z]+", unit) if each in SCALED), "")

@@ -59,18 +59,23 @@ def export(folder: Path, wanted: Wanted) -> tuple[Path, ...]:
     files, or a robot that can keep no hop height, or that its input cannot move.
     """
     if wanted.system not in SYSTEMS:
-        raise HopformError(f"--for must be one of {', '.join(SYSTEMS)}, got {shown(wanted.system)}")
+        raise HopformError(f"--for must be one of {', '.join(SYSTEMS)}, fmu, got {shown(wanted.system)}")
     if not _PREFIX.fullmatch(wanted.prefix):
         most = f"of up to {records.LONGEST_PREFIX} characters"
         raise HopformError(f"--prefix must be a lower-case identifier of C {most}, got {shown(wanted.prefix)}")
     if not wanted.precisions or not set(wanted.precisions) <= set(PRECISIONS):
         raise HopformError(f"precisions must be among {', '.join(PRECISIONS)}, got {wanted.precisions}")
-    check_folder(folder)
-    if folder.is_dir() and any(folder.iterdir()):
-        raise HopformError(f"DIR must be new or empty, got {name_of(folder)}, which holds files")
+    check_new(folder)
     texts = package(wanted)
     write_folder(folder, {path: text.encode() for path, text in texts.items()})
     return tuple(sorted(texts))
+
+
+def check_new(folder: Path) -> None:
+    """HopformError for a folder that cannot be written, or that holds files."""
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise HopformError(f"DIR must be new or empty, got {name_of(folder)}, which holds files")
 
 
 def package(wanted: Wanted) -> dict[Path, str]:

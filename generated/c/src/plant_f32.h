@@ -115,17 +115,8 @@ int32_t hopform_plant_place_f32(hopform_plant_f32 *plant, const hopform_start_f3
     return status;
 }
 
-/* Continue for a tick of dt [s] under the input u, of a law its target. The report has a record for each phase, as a
- * stance has, and the coordinates behind the tick. Ticks of any lengths make the motion of hopform_solve_stance with a
- * step of u at each: it ends with HOPFORM_ENDING_HORIZON, or _REST where nothing moves until u changes. More than
- * HOPFORM_TICK_PHASES phases end it before, at `duration`, and so does a search that meets its bound; the next tick
- * continues from there. A refusal leaves the plant as it is. Neither report nor its phases may overlap the plant.
-#if HOPFORM_HAS_CONTACT
- * A take-off ends it, too: then hopform_solve_flight continues from the plant's state, and hopform_plant_place from the
- * touchdown.
-#endif
- */
-int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopform_report_f32 *report) {
+/* A tick that ends after so many phases at the latest, behind the event that ends the last of them. */
+static int32_t tick_f32(hopform_plant_f32 *plant, float u, float dt, int32_t max_phases, hopform_report_f32 *report) {
     static const hopform_start_f32 nowhere = {0};
     if (report == NULL) { return HOPFORM_ERROR_NULL; }
     hopform_phase_f32 *phases = report->phases;
@@ -148,8 +139,7 @@ int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopf
     const hopform_step_f32 step = {0.0f, u};
     evaluations_f32 evaluations = {UNBOUNDED_f32};
     stance_chain_f32 chain;
-    stance_start_f32(&chain, &plant->plan, &plant->state, &step, 1, dt, HOPFORM_TICK_PHASES, phases, capacity,
-                      &evaluations);
+    stance_start_f32(&chain, &plant->plan, &plant->state, &step, 1, dt, max_phases, phases, capacity, &evaluations);
 #if HOPFORM_HAS_CONTACT
     chain.adds_up = false; /* nobody asks for the AED */
 #endif
@@ -169,6 +159,20 @@ int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopf
     report->start = start_of_state_f32(&plant->plan.robot, &plant->state);
     pass_time_f32(plant, report->duration);
     return chain.count > capacity ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+}
+
+/* Continue for a tick of dt [s] under the input u, of a law its target. The report has a record for each phase, as a
+ * stance has, and the coordinates behind the tick. Ticks of any lengths make the motion of hopform_solve_stance with a
+ * step of u at each: it ends with HOPFORM_ENDING_HORIZON, or _REST where nothing moves until u changes. More than
+ * HOPFORM_TICK_PHASES phases end it before, at `duration`, and so does a search that meets its bound; the next tick
+ * continues from there. A refusal leaves the plant as it is. Neither report nor its phases may overlap the plant.
+#if HOPFORM_HAS_CONTACT
+ * A take-off ends it, too: then hopform_solve_flight continues from the plant's state, and hopform_plant_place from the
+ * touchdown.
+#endif
+ */
+int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopform_report_f32 *report) {
+    return tick_f32(plant, u, dt, HOPFORM_TICK_PHASES, report);
 }
 
 #endif

@@ -1,25 +1,40 @@
-"""The commands that carry the C library elsewhere: `hopform export DIR --for cmake` writes it as a package for a firmware's
-build system, `hopform selftest` prints the digests that a board must repeat.
+"""The commands that carry a solver elsewhere: `hopform export DIR --for cmake` writes the C library as a package for a
+firmware's build system, `--for fmu` an FMU; `hopform selftest` prints the digests that a board must repeat.
 """
 
 import json as json_module
 from pathlib import Path
 from typing import Any, cast
 
-from hopform import _export
+from hopform import _export, _fmu
+from hopform._checks import shown
 from hopform._cli.use import core, robot_in_use
+from hopform._errors import HopformError
 from hopform._files import name_of
 
 
 def export(
     folder: Path, system: str = "plain", robot: str | None = None, values: list[str] | None = None,
-    prefix: str = "hopform", f32: bool = False, f64: bool = False, json: bool = False,
+    prefix: str = "hopform", f32: bool = False, f64: bool = False, inputs: list[str] | None = None,
+    binaries: list[str] | None = None, json: bool = False,
 ) -> None:  # fmt: skip
-    """Write the C library for firmware, as a package of a build system.
+    """Write the C library for firmware, as a package of a build system, or an FMU.
 
-    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for a board,
-    or simulated.
+    A package has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for
+    a board, or simulated. An FMU is for FMI 3.0 co-simulation; it has the robot's values as starts.
     """
+    if system == _fmu.SYSTEM:
+        of_packages = {"--prefix": prefix != "hopform", "--f32": f32, "--f64": f64}
+        if given := next((option for option, is_given in of_packages.items() if is_given), None):
+            raise HopformError(f"{given} is of packages: an FMU is in double precision, under FMI's names")
+        files = _fmu.export(folder, robot_in_use(robot, values, "motion"), inputs or (), binaries or ())
+        if json:
+            print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
+        else:
+            print(*(name_of(folder / file) for file in files), sep="\n")
+        return
+    if inputs or binaries:
+        raise HopformError(f"--{'input' if inputs else 'binary'} is of --for fmu, got --for {shown(system)}")
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
     act = "hop" if "stance" in core().facts.can else "motion"
     own = robot_in_use(robot, values, act) if robot or values else None

@@ -12,6 +12,7 @@ from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whol
 from hopform._cli import use
 from hopform._control import MOST_CELLS
 from hopform._export import SYSTEMS
+from hopform._fmu import BINARIES
 
 MOST_ROWS = MEMORY // 1024
 """Rows of a table over time at most: in arrays and as text each takes up to 1 kB."""
@@ -188,7 +189,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "whole": option("in parameters, inputs, start and time alone, long parts defined before they are read"),
     },
     "Options": {
-        "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
+        "system": option(f"{', '.join(SYSTEMS)}, fmu", metavar="SYSTEM"),
+        "inputs": option("with --for fmu, a parameter that is an input of the FMU; repeatable", metavar="NAME"),
+        "binaries": option(f"with --for fmu, a platform to compile for, by zig if it is another one: {', '.join(BINARIES)}; "
+                           "this machine if left out; repeatable", metavar="PLATFORM"),
         "case": option("score this one alone; repeatable", metavar="NAME"),
         "prefix": option("of every public name", metavar="NAME"),
         "f32": option("single precision alone"),
@@ -199,7 +203,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
 """
 
 
-NAMES = {"values": "set", "lowest": "from", "highest": "to", "system": "for", "form": "as"}
+NAMES = {
+    "values": "set",
+    "lowest": "from",
+    "highest": "to",
+    "system": "for",
+    "form": "as",
+    "inputs": "input",
+    "binaries": "binary",
+}
 """Options that are not named as the parameter."""
 
 

@@ -54,6 +54,8 @@ class Facts:
     inputs: tuple[Table, ...]
     outputs: tuple[Table, ...]
     energies: tuple[Table, ...]
+    dimensions: Table
+    """Powers of the base units, and of rad, in each unit."""
     currents: tuple[Table, ...] = ()
     """What a law sets; a file has it where the model has one."""
 
