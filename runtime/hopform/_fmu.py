@@ -13,7 +13,7 @@ import sys
 import sysconfig
 import zipfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -42,8 +42,10 @@ BINARIES = {
     "aarch64-darwin": ("aarch64-macos", ".dylib"),
 }
 """Platforms of FMI's names: of each zig's target, and how a library's name ends."""
-HEADERS = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
-OURS = ("fmi3.c", "absent.h")
+SOURCES = (
+    "fmi3.c", "absent.h", "vendored/fmi3PlatformTypes.h", "vendored/fmi3FunctionTypes.h", "vendored/fmi3Functions.h",
+)  # fmt: skip
+"""What is the same for every solver; FMI's headers are the Modelica Association's, under their licence."""
 EVENT_TAKEOFF, EVENT_TOUCHDOWN = 32, 33
 """Numbers of the ends of a stance and of a flight, beside those of their events."""
 
@@ -62,6 +64,8 @@ class Variable:
     start: float | bool | None = None
     initial: str = ""
     derivative_of: str = ""
+    is_own: bool = False
+    """whether the model's file names it, so that another one of its name gives way"""
 
 
 class Variables(NamedTuple):
@@ -126,9 +130,9 @@ def variables_of(robot: Robot, inputs: frozenset[str]) -> Variables:
     coordinates, stands = list(zip(layout.names, layout.units, strict=True)), "stance" in solver.can
     numbers = [Variable("Float64", "time", "time", "independent", "continuous", "s")]
     for n, (name, unit) in enumerate(coordinates):
-        of = layout.names[n - 1] if n % 2 else ""
-        about = (meanings[name], "output", "continuous", unit, _begins(robot, layout.axes[n]), "exact", of)
-        numbers.append(Variable("Float64", name, *about))
+        start, of = _begins(robot, layout.axes[n]), layout.names[n - 1] if n % 2 else ""
+        about = meanings[name], "output", "continuous"
+        numbers.append(Variable("Float64", name, *about, unit, start, initial="exact", derivative_of=of, is_own=True))
     for name, *_ in solver.package.structs.STRUCTS["Forces"]:
         numbers.append(_calculated("Float64", name, _force(solver, name), _unit_of_force(solver, name)))
     for energy in facts.energies:
@@ -137,7 +141,7 @@ def variables_of(robot: Robot, inputs: frozenset[str]) -> Variables:
     numbers.append(Variable("Float64", "next_event", coming, "local", "discrete", "s", initial="calculated"))
     for each in facts.inputs:
         held = f"{each['meaning']}; it holds until it is set again"
-        numbers.append(Variable("Float64", each["name"], held, "input", "discrete", each["unit"], 0.0))
+        numbers.append(Variable("Float64", each["name"], held, "input", "discrete", each["unit"], 0.0, is_own=True))
     if stands:
         ground = "height of the ground ahead over that at the start; it counts from the next flight on, or in this one"
         numbers.append(Variable("Float64", "ground", ground, "input", "discrete", "m", 0.0))
@@ -147,7 +151,9 @@ def variables_of(robot: Robot, inputs: frozenset[str]) -> Variables:
     for field in robot.fields():
         is_input = field.name in inputs
         kinds = ("input", "discrete") if is_input else ("parameter", "tunable")
-        numbers.append(Variable("Float64", field.name, field.meaning, *kinds, field.unit, robot[field.name]))
+        numbers.append(
+            Variable("Float64", field.name, field.meaning, *kinds, field.unit, robot[field.name], is_own=True)
+        )
     codes = [_calculated("Side", f"mode_{mass.position}", f"mode of {mass.name}", "") for mass in masses_of(solver)]
     if facts.currents:
         limited = facts.currents[0]["name"]
@@ -158,7 +164,7 @@ def variables_of(robot: Robot, inputs: frozenset[str]) -> Variables:
         codes.append(_calculated("Boolean", "in_contact", "whether the foot is on the ground", ""))
         designed = "whether the gains of the return in flight are designed from the robot's parameters"
         codes.append(Variable("Boolean", "designs_return", designed, "parameter", "tunable", start=True))
-    return _each_once(robot, numbers, codes)
+    return _each_once(numbers, codes)
 
 
 def _calculated(kind: str, name: str, meaning: str, unit: str) -> Variable:
@@ -166,19 +172,16 @@ def _calculated(kind: str, name: str, meaning: str, unit: str) -> Variable:
     return Variable(kind, name, meaning, "output", variability, unit, initial="calculated")
 
 
-def _each_once(robot: Robot, numbers: list[Variable], codes: list[Variable]) -> Variables:
-    """The variables, of which those that no model file names give way to one of the same name by a `_` behind theirs."""
-    own = {each.name for each in numbers if each.causality != "independent"} & {
-        *layout_of(robot.solver).names, *(field.name for field in robot.fields()),
-        *(each["name"] for each in robot.solver.facts.inputs),
-    }  # fmt: skip
-    taken, named = set(own), list[Variable]()
+def _each_once(numbers: list[Variable], codes: list[Variable]) -> Variables:
+    """The variables; one whose name another has that the model's file names gets a `_` behind its own."""
+    taken = {each.name for each in (*numbers, *codes) if each.is_own}
+    named = list[Variable]()
     for each in (*numbers, *codes):
-        name, is_own = each.name, each.name in own and each.start is not None
-        while not is_own and name in taken:
+        name = each.name
+        while not each.is_own and name in taken:
             name += "_"
         taken.add(name)
-        named.append(each if name == each.name else Variable(**{**vars(each), "name": name}))
+        named.append(replace(each, name=name))
     return Variables(tuple(named[: len(numbers)]), tuple(named[len(numbers) :]))
 
 
@@ -219,7 +222,7 @@ def sources_of(robot: Robot, variables: Variables) -> dict[str, str]:
         if path.suffix in (".h", ".c") and path.name != "version.c"
     }
     folder = solver.folder.path("packages/fmu")
-    files |= {name: (folder / name).read_text("utf-8") for name in (*OURS, *HEADERS)}
+    files |= {Path(name).name: (folder / name).read_text("utf-8") for name in SOURCES}
     return files | {"model.h": model_header(robot, variables)}
 
 

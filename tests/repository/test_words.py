@@ -105,8 +105,9 @@ def messages(path: Path) -> str:
 
 
 def engine() -> dict[str, str]:
-    """The engine's sources, each part of a name a word of its own."""
-    sources = (path for path in sorted((ROOT / "runtime" / "engine").rglob("*")) if path.suffix in (".c", ".h", ".py"))
+    """The engine's sources but those of others, each part of a name a word of its own."""
+    every = sorted((ROOT / "runtime" / "engine").rglob("*"))
+    sources = (path for path in every if path.suffix in (".c", ".h", ".py") and path.parent.name != "vendored")
     return {str(path.relative_to(ROOT)): path.read_text("utf-8").replace("_", " ") for path in sources}
 
 

@@ -18,7 +18,7 @@ def export(
     prefix: str = "hopform", f32: bool = False, f64: bool = False, inputs: list[str] | None = None,
     binaries: list[str] | None = None, json: bool = False,
 ) -> None:  # fmt: skip
-    """Write the C library for firmware, as a package of a build system, or an FMU.
+    """Write the C library as a package for firmware, or an FMU.
 
     A package has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for
     a board, or simulated. An FMU is for FMI 3.0 co-simulation; it has the robot's values as starts.
