@@ -238,7 +238,7 @@ def model_header(robot: Robot, variables: Variables) -> str:
     counts = {
         "COORDINATES": len(structs["Start"]), "FORCES": len(forces), "ENERGIES": len(facts.energies),
         "ALL_ENERGIES": len(energies), "INPUTS": len(facts.inputs), "PARAMETERS": len(structs["Robot"]),
-        "MASSES": len(masses),
+        "MASSES": len(masses), "HAS_LIMIT": int(bool(facts.currents)),
         "STOPS_HOLD_FIRST": int(bool(low) and masses[0].number == 1),
     }  # fmt: skip
     if stands:
@@ -252,8 +252,7 @@ def model_header(robot: Robot, variables: Variables) -> str:
         "/* What fmi3.c has to know of this solver and robot. SPDX-License-Identifier: MIT-0 */",
         "#include <math.h>",
         "#include <stdbool.h>",
-        f"enum {{ {', '.join(f'{name} = {count}' for name, count in counts.items())} }};",
-        f"#define HAS_LIMIT {int(bool(facts.currents))}",
+        *(f"#define {name} {count}" for name, count in counts.items()),
         f"#define LOWER_STOP {_quoted(low)}",
         f"#define UPPER_STOP {_quoted(high)}",
         f"#define UNIT_OF_STOPS {_quoted(unit)}",

@@ -4,16 +4,15 @@
  * same for every solver; model.h has what it needs of one: how many values of each kind, their starts, the words of a
  * refusal.
  *
- * Between two changes of its input a motion is solved ahead, exactly, by ticks of a plant (hopform_plant_step), and
-read
- * where the importer steps to: communication steps are no steps of a method. In Event Mode a step returns early at each
- * event, at its time, with the values before it; fmi3UpdateDiscreteStates brings those behind it and the time of the
- * next one. An input counts from where it is set until it is set again.
+ * Between two changes of its input a motion is solved ahead, exactly, by a tick of a plant, hopform_plant_step, and is
+ * read where the importer steps to: communication steps are no steps of a method. In Event Mode a step returns early at
+ * each event, at its time, with the values before it; fmi3UpdateDiscreteStates brings those behind it and the time of
+ * the next one. An input counts from where it is set until it is set again.
 #if HOPFORM_HAS_CONTACT
  * A take-off is followed by the flight to the ground ahead, with the gains of the return, and that by the next stance.
 #endif
  *
- * Bounds. PHASES phases, or LONGEST seconds, are solved ahead at a time. A step passes at most HOPFORM_FMU_EVENTS
+ * Bounds. PHASES phases, or LONGEST seconds, are solved ahead at a time. A step passes at most MOST_PHASES
  * phases, then it answers fmi3Error; so does a phase whose first event the engine does not certify. Memory is allocated
  * with an instance, and with a state of one that the importer keeps; nowhere else.
  */
@@ -27,7 +26,7 @@ read
 #include <stdlib.h>
 #include <string.h>
 
-enum { PHASES = 64, ROOM = PHASES + 2, HOPFORM_FMU_EVENTS = 1000000, TEXT = 512 };
+enum { PHASES = 64, ROOM = PHASES + 2, MOST_PHASES = 1000000, TEXT = 512 };
 
 #define LONGEST 1000.0
 
@@ -384,9 +383,8 @@ static fmi3Status settle(Model *m) {
     const int32_t status = behind_event ? tick_f64(&m->plant, m->u, m->span, m->index, &report)
                                         : tick_f64(&m->plant, m->u, dt, HOPFORM_TICK_PHASES, &report);
     if (status < 0) { return refuse_status(m, status, &m->plant.plan.robot); }
-    if (!behind_event) {
-        m->code[EVENTS - VALUES] += report.event_count - m->passed;
-    } /* one within the last rounding */
+    /* an event within the rounding of t has been passed here and not there, or there and not here */
+    if (!behind_event) { m->code[EVENTS - VALUES] += report.event_count - m->passed; }
     return fmi3OK;
 }
 
@@ -550,6 +548,18 @@ static fmi3Status take_changes(Model *m, double least) {
     return status == fmi3OK ? solved : status;
 }
 
+/* Pass all that happens at the time of the event that was reached. */
+static fmi3Status pass_event(Model *m) {
+    const double t = m->t;
+    fmi3Status status = fmi3OK;
+    while (m->at_event && status == fmi3OK) {
+        const Next next = next_of(m, m->index);
+        m->at_event = !is_over(m) && next.t <= t;
+        if (m->at_event) { status = pass(m, &next); }
+    }
+    return status;
+}
+
 /* ---- FMI: stepping ---- */
 
 static bool lives(Model *m, int states, const char *function, fmi3Status *status) {
@@ -581,9 +591,9 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
         return refuse(m, "a step must begin at %s s, the time of the FMU, and be > 0 s long, got %s s from %s s",
                       shown(m->t, now), shown(communicationStepSize, size), shown(currentCommunicationPoint, point));
     }
-    status = take_changes(m, target - m->t);
-    m->at_event = false;
-    for (int32_t n = 0; n < HOPFORM_FMU_EVENTS && status == fmi3OK; n++) {
+    status = pass_event(m); /* which the importer has not */
+    if (status == fmi3OK) { status = take_changes(m, target - m->t); }
+    for (int32_t n = 0; n < MOST_PHASES && status == fmi3OK; n++) {
         const Next next = next_of(m, m->index);
         const bool reached = is_over(m) || !(next.event != 0 ? next.t <= target : next.t < target);
         if (reached || (next.event != 0 && m->event_mode && (m->early || !(next.t < target)))) {
@@ -597,7 +607,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
         }
         status = pass(m, &next);
     }
-    return status == fmi3OK ? refuse(m, "more than %d phases in a step", (int)HOPFORM_FMU_EVENTS) : status;
+    return status == fmi3OK ? refuse(m, "more than %d phases in a step", (int)MOST_PHASES) : status;
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
@@ -607,12 +617,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     REQUIRE(1 << IN_EVENTS)
     *discreteStatesNeedUpdate = *terminateSimulation = *nominalsOfContinuousStatesChanged = fmi3False;
     *valuesOfContinuousStatesChanged = *nextEventTimeDefined = fmi3False;
-    const double t = m->t;
-    while (m->at_event && status == fmi3OK) { /* all that happens at this time */
-        const Next next = next_of(m, m->index);
-        m->at_event = !is_over(m) && next.t <= t;
-        if (m->at_event) { status = pass(m, &next); }
-    }
+    status = pass_event(m);
     if (status == fmi3OK) { status = take_changes(m, 0.0); }
     if (status == fmi3OK) { status = show(m, false); }
     *terminateSimulation = is_over(m);
@@ -702,7 +707,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
         if (n >= nValues || which >= VALUES) { return refuse(m, "no Float64 has this value reference"); }
         const bool is_coordinate = which >= COORDINATE && which < FORCE;
         if (which < COORDINATE || (which >= FORCE && which <= NEXT_EVENT) || (is_coordinate && !begins)) {
-            return refuse(m, "%s cannot be set %s", name_of[which], is_coordinate ? "once a motion has begun" : "");
+            return refuse(m, "%s cannot be set%s", name_of[which], is_coordinate ? " once a motion has begun" : "");
         }
         if (which >= PARAMETER) {
             status = check_parameter(m, (int)(which - PARAMETER), values[n]);
