@@ -102,3 +102,12 @@ def test_the_assets_of_a_release_are_the_sdist_the_wheels_and_the_page_under_its
     assert words[:5] == ["release", "create", "v1.2.3", "--draft", "--verify-tag"]
     assert words[5:9] == ["--title", "hopform 1.2.3", "--notes-file", "notes.md"]
     assert words[9:] == [*(f"dist/{name}" for name in dist), "play/hopform-play-1.2.3.html"]
+
+
+def test_no_file_that_is_published_has_an_invented_address():
+    """An unknown fact is left out; the names of RFC 2606 stand for none."""
+    files = [ROOT / name for name in ("pyproject.toml", "CITATION.cff", "SECURITY.md", "README.md")]
+    files += [path for room in ("templates", "generated") for path in (ROOT / room).rglob("*") if path.is_file()]
+    assert len(files) > 100
+    invented = re.compile(rb"\bexample\.(?:org|com|net)\b|\.(?:example|invalid)\b|TODO|FIXME")
+    assert [path for path in files if invented.search(path.read_bytes())] == []
