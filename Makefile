@@ -86,7 +86,7 @@ docs: compiler doxygen venv-docs ## build the site into out/site, the page to pl
 	$(PY) -m docs.gallery out/figures
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
-	$(PY) docs/play/build.py out/site/play
+	$(PY) docs/play/build.py out/site/play ../README.html
 
 figures: compiler venv ## draw the paper's figures 1 to 17 and the animation into out/figures, their captions beside them
 	$(PY) tools/build_library.py

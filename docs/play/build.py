@@ -1,7 +1,8 @@
-"""`python docs/play/build.py DIR` builds the page to play with, DIR/index.html: one file that needs no server.
+"""`python docs/play/build.py DIR [LINK]` builds the page to play with, DIR/index.html: one file that needs no server.
 
 The library as `hopform export` writes it and play.c are compiled to WebAssembly by the pinned ziglang, and put into the
-page with its style, its program and the facts that it shows: quantities, words, robots, digests.
+page with its style, its program and the facts that it shows: quantities, words, robots, digests. LINK leads from the
+page to the documentation beside it; without one the page links to nothing, so it works wherever the file lies.
 """
 
 import base64
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from hopform._export import Wanted, package, selftest
 from hopform._robots import Provenance
 from hopform._solver.package import records
 from hopform._warnings import WARNINGS
+from hopform.hopping._commands import OUTCOMES
 
 PAGE = Path(__file__).resolve().parent
 ROOT = PAGE.parent.parent
@@ -75,6 +78,7 @@ def facts() -> dict[str, Any]:
             for warning in WARNINGS
         ],
         "digests": {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))},
+        "outcomes": [OUTCOMES[status] for status in ("completed", "stopped", "tripped")],  # as play_run numbers them
         "words": {kind.table: [asdict(word) for word in kind.words] for kind in tables},
     }
 
@@ -89,10 +93,13 @@ def text_of(number: float | None) -> str | None:
     return None if number is None else repr(number)
 
 
-def build(folder: Path) -> Path:
-    """Write the page and return it."""
+def build(folder: Path, documentation: str = "") -> Path:
+    """Write the page, with a link to the documentation if there is one, and return its path."""
     page = (PAGE / "index.html").read_text("utf-8")
     parts = {
+        "<!-- licence -->": f"<!--\n{(ROOT / 'LICENSE').read_text('utf-8')}-->",
+        "<!-- version -->": hopform.__version__,
+        "<!-- documentation -->": documentation and f'<a href="{escape(documentation)}">Documentation</a>',
         "/* play.css */": (PAGE / "play.css").read_text("utf-8"),
         "/* read.js */": (PAGE / "read.js").read_text("utf-8"),
         "/* play.js */": (PAGE / "play.js").read_text("utf-8"),
@@ -109,4 +116,4 @@ def build(folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    print(f"open {build(Path(sys.argv[1]))} in a browser")
+    print(f"open {build(Path(sys.argv[1]), *sys.argv[2:3])} in a browser")

@@ -84,6 +84,19 @@ static void event(double t, int32_t kind, int32_t side_1, int32_t side_2) {
     row[0] = t, row[1] = kind, row[2] = side_1, row[3] = side_2;
 }
 
+/* How far a ground [m] is above where the leg would stand at a drop from a hop height [m]; 0 within rounding. */
+static double first_step(double height, double ground) {
+    const double length = play_robot.L0 + play_robot.c, x2 = height + length;
+    const double step = home() - (x2 - ground) + play_robot.L0 + play_robot.c;
+    return larger(step, -step) <= 0x4p-52 * play_robot.L0 ? 0.0 : step;
+}
+
+/* Energy [J] that (23) adds to the energy in flight: that of the spring at a touchdown or a take-off. */
+static double spring_energy(hopform_state_f64 at) {
+    const double offset = at.x1 - at.y;
+    return play_robot.k * (offset * offset) / 2.0;
+}
+
 static double energy_23(const leg *at, double t) /* [J] of the body, in stance with the spring; from level 0 on */
 {
     hopform_energy_f64 energy = {0};
@@ -98,9 +111,9 @@ static double energy_23(const leg *at, double t) /* [J] of the body, in stance w
     return energy.body + weight * at->ground;
 }
 
-/* Longer than any flight [s] from a state, with the body at some height over the ground ahead. */
-static double horizon_of(const hopform_state_f64 *state, double below) {
-    const double g = play_robot.g, v2 = state->v2, height = 1.0 + larger(below, -below);
+/* Longer than any flight [s] from a state to ground that is so much higher [m]. */
+static double horizon_of(const hopform_state_f64 *state, double step) {
+    const double g = play_robot.g, v2 = state->v2, height = 1.0 + larger(step, -step);
     return 10.0 + 2.0 * (larger(v2, -v2) + __builtin_sqrt(v2 * v2 + 2.0 * g * height)) / g;
 }
 
@@ -113,15 +126,16 @@ static int32_t believed_gains(const hopform_state_f64 *state, double horizon, ho
     return status;
 }
 
-/* A flight from a state over the ground ahead, which begins at a time. */
-static int32_t fly(leg *at, const hopform_state_f64 *state, double horizon) {
+/* A flight from a state over the ground that is left to the ground ahead, which is `step` [m] higher. */
+static int32_t fly(leg *at, const hopform_state_f64 *state, double step) {
+    const double horizon = horizon_of(state, step);
     const int32_t is_model = model.robot.gamma2 == plan.robot.gamma2;
     hopform_gains_f64 gains;
     at->in_stance = 0;
     at->first = flight_used;
     int32_t status = is_model ? HOPFORM_OK : believed_gains(state, horizon, &gains);
     if (status < 0) return status;
-    status = hopform_solve_flight_f64(&plan, state, 0, is_model ? 0 : &gains, horizon, PHASES,
+    status = hopform_solve_flight_f64(&plan, state, step, is_model ? 0 : &gains, horizon, PHASES,
                                       flight_phases + flight_used, KEPT - flight_used, &at->flight);
     if (status < 0) return status;
     flight_used += at->flight.phases_kept;
@@ -171,7 +185,7 @@ static double spring_of(const leg *at) {
 PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t hops, double wrong) {
     const hopform_robot_f64 *const robot = &play_robot;
     hopform_state_f64 state = {home(), 0.0, 0.0, 0.0};
-    double time = 0.0, level = 0.0, x2 = height + (robot->L0 + robot->c);
+    double time = 0.0, level = 0.0;
     leg_count = stance_used = flight_used = 0;
     play_duration[0] = play_counts[0] = play_counts[1] = 0.0;
     hopform_robot_f64 believed = *robot;
@@ -183,11 +197,11 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
     for (int32_t index = 0; index <= hops && index <= HOPS; index++) {
         const int32_t last = index == hops || index == HOPS;
         const double ground = play_terrain[last ? index - 1 : index];
-        const double step = last ? 0.0 : ground - (index ? play_terrain[index - 1] : 0.0);
-        state.y = index && step == 0.0 ? 0.0 : state.x1 - (x2 - step) + robot->L0 + robot->c;
+        const double ahead = index ? ground - play_terrain[index - 1] : first_step(height, ground);
+        const double step = last ? 0.0 : ahead;
         leg *const flight = &legs[leg_count++];
         flight->begin = time, flight->ground = ground;
-        status = fly(flight, &state, horizon_of(&state, x2 - step));
+        status = fly(flight, &state, step);
         if (status < 0) return status;
         flight->level = level = index ? level : energy_23(flight, 0.0);
         time += flight->duration;
@@ -195,8 +209,8 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         if (last) return COMPLETED;
         if (flight->flight.ending != HOPFORM_FLIGHT_TOUCHDOWN)
             return flight->flight.ending == HOPFORM_FLIGHT_TRIPPED ? TRIPPED : STOPPED;
-        const hopform_state_f64 touchdown = {flight->flight.end.x1, flight->flight.end.v1, flight->flight.v2_after,
-                                             0.0};
+        hopform_state_f64 touchdown = flight->flight.end;
+        touchdown.v2 = flight->flight.v2_after;
         hopform_command_f64 command = {value, 0.0, 0};
         const hopform_target_f64 target = {larger(value, ground), -ground, 0.0, LONGEST_STANCE, 0, 0};
         if (controlled)
@@ -207,7 +221,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         stance->current = (hopform_step_f64){0.0, command.u};
         status = stand(stance, &touchdown);
         if (status < 0) return status;
-        stance->level = level += robot->k * (touchdown.x1 * touchdown.x1) / 2.0 + flight->flight.impact_loss;
+        stance->level = level += spring_energy(touchdown) + flight->flight.impact_loss;
         const hopform_stance_f64 *const solved = &stance->stance;
         const int32_t lifts = solved->ending == HOPFORM_ENDING_TAKEOFF;
         play_hops[(int32_t)play_counts[0]++] = (hop_row){
@@ -233,8 +247,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         time = play_duration[0] = stance->begin + solved->duration;
         if (!lifts) return STOPPED;
         state = solved->end;
-        x2 = body_height(state);
-        level += solved->aed - robot->k * (state.x1 * state.x1) / 2.0;
+        level += solved->aed - spring_energy(state);
     }
     return COMPLETED;
 }
@@ -305,12 +318,12 @@ PUBLIC int32_t play_reach(int32_t height_count, int32_t current_count) {
     if (height_count > HEIGHTS || current_count > CURRENTS) return HOPFORM_ERROR_STEPS;
     int32_t status = hopform_plan_init_f64(&plan, robot);
     for (int32_t row = 0; row < height_count && status >= 0; row++) {
-        const hopform_state_f64 drop = {home(), 0.0, 0.0, home() - play_heights[row]};
+        const hopform_state_f64 drop = {home(), 0.0, 0.0, 0.0};
+        const double step = first_step(play_heights[row], 0.0), horizon = horizon_of(&drop, step);
         hopform_flight_f64 flight;
-        status =
-            hopform_solve_flight_f64(&plan, &drop, 0, 0, horizon_of(&drop, play_heights[row]), PHASES, 0, 0, &flight);
+        status = hopform_solve_flight_f64(&plan, &drop, step, 0, horizon, PHASES, 0, 0, &flight);
         if (status < 0) break;
-        const hopform_state_f64 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, 0.0};
+        const hopform_state_f64 touchdown = {flight.end.x1, flight.end.v1, flight.v2_after, flight.end.y};
         status = hopform_try_currents_f64(&plan, &touchdown, 1, play_currents, current_count, LONGEST_STANCE, work,
                                           PHASES, trials);
         if (status < 0) break;

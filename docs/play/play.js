@@ -6,7 +6,6 @@ const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "durat
 const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "body", "energy",
   "predicted", "hop"];
 const SAMPLES = 700;
-const RUN = ["completed", "stopped: a stance without take-off", "tripped: the foot never got above the ground ahead"];
 const TOUCHDOWN = 100, TAKEOFF = 101;
 
 const make = (tag, properties) => Object.assign(document.createElement(tag), properties);
@@ -37,17 +36,18 @@ for (const robot of Object.values(facts.robots))
 // ---- state: what is simulated; the URL holds it ----
 
 const START = { robot: "hopper_c", mode: "controller", h_des: 0.2, u: 3, height: 0.2, terrain: "rough", size: 0.02,
-  seed: 1, hops: 12, wrong: 0, speed: 0.25, window: "hop" };
-const state = { ...START, time: 0, parameters: {} };
+  seed: 1, hops: 12, wrong: 0, speed: 0.25, start: "drop", window: "hop" };
+const CHOICES = ["robot", "mode", "terrain", "start", "window"];
+const state = { ...START, time: NaN, parameters: {} }; // no time: that at which playback starts
 const preset = () => facts.robots[state.robot].values;
 
 function readUrl() {
   const address = location.hash.slice(1), asked = new URLSearchParams(address), words = {};
-  for (const name of ["robot", "mode", "terrain", "window"])
+  for (const name of CHOICES)
     words[name] = Array.from(id(name).options, (option) => option.value);
   Object.assign(state, stateOf(address, START, words));
   state.parameters = { ...preset() };
-  state.time = 0;
+  state.time = NaN;
   for (const { name } of facts.fields)
     if (asked.has(name)) state.parameters[name] = number(asked.get(name));
 }
@@ -99,17 +99,20 @@ function solve() {
   const [hops, events] = status < 0 ? [0, 0] : view("counts", 2);
   run = { status, hops: rows("hops", HOP, hops), events: rows("events", ["time", "kind", "side_1", "side_2"], events),
     duration: status < 0 ? 0 : view("duration", 1)[0] };
-  state.time = Math.min(state.time, run.duration);
+  state.time = Number.isFinite(state.time) ? Math.min(state.time, run.duration) : startOfPlayback();
   id("status").textContent = status < 0 ? `No run: ${refused || word("STATUSES", status).meaning}.`
-    : `${RUN[status]} after ${hops} hops, ${short(run.duration)} s${notReached()}`;
+    : `${outcome(status, hops)}, ${short(run.duration)} s${notReached()}`;
   id("status").classList.toggle("error", status < 0);
   id("warnings").replaceChildren(...warnings().map((text) => make("li", { textContent: text })));
 }
 
-// How many commands do not reach the wanted apex; the page's table says how each one ended.
+const startOfPlayback = () => (state.start === "touchdown" && run.hops.length ? run.hops[0].touchdown_time : 0);
+const outcome = (status, hops) => facts.outcomes[status].replace("{}", hops).replace("{}", hops === 1 ? "" : "s");
+
+// How many commands miss the desired apex; the table of the hops has the status of each.
 function notReached() {
   const missed = run.hops.filter(({ command }) => command && word("COMMANDS", command).text !== "reached").length;
-  return missed ? `; ${missed} of ${run.hops.length} hops not reached` : "";
+  return missed ? `; desired apex not reached in ${missed} of ${run.hops.length} hops` : "";
 }
 
 // The warnings of all stances, each once, as Run.warnings.
@@ -248,10 +251,10 @@ function drawPlots() {
     plot(id("actuator"), { ...shared, curves: [curve("x1 [mm]", "x1", "first", { scale: 1000 }),
       curve("current [A]", "u", "second", { dashed: true })] }),
     plot(id("forces"), { ...shared, curves: [curve("spring", "spring", "first"),
-      curve("motor on the actuator", "motor", "second", { dashed: true })] }),
+      curve("motor, on the actuator", "motor", "second", { dashed: true })] }),
     plot(id("energy"), { ...shared, curves: [curve("kinetic + gravitational", "body", "third"),
-      curve("with the spring as in (23)", "energy", "first"),
-      curve("this, predicted by the AED", "predicted", "second", { dashed: true })] }),
+      curve("body and spring (23)", "energy", "first"),
+      curve("predicted by the AED", "predicted", "second", { dashed: true })] }),
   ];
   cursors = PLOTS.map((name, n) => {
     const line = element("path", { class: "cursor" });
@@ -309,7 +312,9 @@ function drawScene() {
     `${n ? "L" : "M"}${middle + (n === 0 || n === 14 ? 0 : n % 2 ? 12 : -12)} ${foot + ((plate - foot) * n) / 14}`);
   svg.replaceChildren(
     ...[heights[0], ...heights, heights.at(-1)].map((height, n) => element("rect", { class: "ground",
-      x: x(n - 1) - width / 2, y: y(height), width, height: tall })),
+      x: x(n - 1) - width / 2 - (n ? 0 : wide), y: y(height), width: width + (n % (state.hops + 1) ? 0 : wide),
+      height: tall })),
+    element("rect", { class: "foot", x: middle - 20, y: foot - 6, width: 40, height: 6, rx: 3 }),
     element("path", { class: "spring", d: coils.join("") }),
     element("rect", { class: "plate", x: middle - 20, y: plate - 5, width: 40, height: 5 }),
     element("path", { class: "spring", d: `M${middle - 14} ${plate}V${body}M${middle + 14} ${plate}V${body}` }),
@@ -330,8 +335,9 @@ function table(name, heads, body) {
     return made;
   };
   id(name).tHead.replaceChildren(row(heads.map((head) => cell("th", head, { scope: "col" }))));
-  id(name).tBodies[0].replaceChildren(...body.map((values) => row(values.map((value) => {
-    const made = cell("td", typeof value === "number" ? short(value, 7) : value);
+  id(name).tBodies[0].replaceChildren(...body.map((values) => row(values.map((value, n) => {
+    const made = cell("td", typeof value === "number" ? short(value) : value);
+    made.dataset.heading = heads[n];
     if (typeof value === "number") made.dataset.value = value;
     return made;
   }))));
@@ -351,7 +357,7 @@ function drawHop() {
   if (hop === shown) return false;
   shown = hop;
   const begin = run.hops[hop]?.touchdown_time, end = begin + run.hops[hop]?.duration;
-  table("events-table", ["time since touchdown [s]", "event", "actuator", "body"], run.events
+  table("events-table", ["time [s]", "event", "actuator", "body"], run.events
     .filter(({ time, side_2 }) => side_2 !== 2 && time >= begin && time <= end)
     .map(({ time, kind, side_1, side_2 }) => [time - begin, eventName(kind),
       ["retracts", "held", "extends"][side_1 + 1], ["slips down", "held", "slips up"][side_2 + 1]]));
@@ -392,7 +398,7 @@ function showControls() {
   const u = document.querySelector("[data-name=u] input"), limit = state.parameters.u_max;
   Object.assign(u, { min: Number.isFinite(limit) ? -limit : -10, max: Number.isFinite(limit) ? limit : 10 });
   document.querySelector("[data-name=time] input").max = run.duration;
-  for (const name of ["robot", "mode", "terrain", "window"]) id(name).value = state[name];
+  for (const name of CHOICES) id(name).value = state[name];
   for (const name of ["h_des", "wrong"])
     document.querySelector(`[data-name=${name}]`).hidden = state.mode !== "controller";
   document.querySelector("[data-name=u]").hidden = state.mode === "controller";
@@ -439,7 +445,7 @@ let playing = false, last = 0;
 function tick(now) {
   if (!playing) return;
   state.time += (state.speed * (now - last)) / 1000;
-  if (state.time > run.duration) state.time = 0;
+  if (state.time > run.duration) state.time = startOfPlayback();
   last = now;
   document.querySelector("[data-name=time]").show();
   moved();
@@ -472,8 +478,12 @@ function begin() {
   });
   readUrl();
   document.querySelectorAll(".slider").forEach(slider);
-  for (const name of ["mode", "terrain", "window"])
-    id(name).addEventListener("change", () => { state[name] = id(name).value; changed(); });
+  for (const name of CHOICES.slice(1))
+    id(name).addEventListener("change", () => {
+      state[name] = id(name).value;
+      if (name === "start") state.time = NaN;
+      changed();
+    });
   id("robot").addEventListener("change", () => {
     state.robot = id("robot").value;
     state.parameters = { ...preset() };

@@ -19,6 +19,7 @@ import hopform
 import hopform.hopping
 from hopform._export import selftest
 from hopform._robots import Provenance
+from hopform.hopping._commands import OUTCOMES
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "play"
@@ -152,9 +153,11 @@ def test_a_run_has_the_bits_of_python(page, robot, state):
     compare(found, run)
     shown = "return [...document.querySelectorAll('#warnings li')].map(e => e.textContent)"
     assert driver.execute_script(shown) == list(run.warnings)
+    count, ends = len(run.hops), driver.find_element("id", "status").text
+    assert ends.startswith(f"{OUTCOMES[run.status].format(count, '' if count == 1 else 's')}, {run.duration:.5g} s")
     highest = hopform.choose_current(hopper, v2=run.hops[0].touchdown.v2, h_des=0.4)
-    words = f"{len(run.hops)} of {len(run.hops)} hops not reached"
-    assert (words in driver.find_element("id", "status").text) == (state.get("h_des") == 0.4 != highest.apex)
+    words = f"desired apex not reached in {count} of {count} hops"
+    assert (words in ends) == (state.get("h_des") == 0.4 != highest.apex)
 
 
 @browser
@@ -286,7 +289,7 @@ def test_everything_is_done_by_keyboard_and_has_a_name(page):
         reached.append(driver.execute_script("return document.activeElement.id"))
     named = {"mode", "h_des-range", "h_des", "terrain", "robot", "load", "save", "k", "play", "time-range", "travel"}
     assert named <= set(reached)
-    assert reached[:4] == ["skip", "", "play", "time-range"]
+    assert reached[:3] == ["skip", "play", "time-range"]
     driver.find_element("id", "skip").send_keys(Keys.ENTER)
     assert driver.execute_script("return document.activeElement.id") == "mode"
     wanted = driver.find_element("id", "h_des-range")
@@ -321,20 +324,84 @@ def screen(driver, width, height=844):
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
+STATES = (
+    {"mode": "constant", "u": 3.5},
+    {"mode": "constant", "u": 0.75, "terrain": "flat", "hops": 3, "start": "touchdown"},
+    {"h_des": 0.4, "hops": 40, "seed": 3},
+)
+"""Runs with many curves, with the longest names of events, and with the longest words and numbers of hops."""
+
+
 @browser
-@pytest.mark.parametrize("width", [390, 1280])
-def test_nothing_is_wider_than_the_window(page, driver, width):
-    """Of a telephone and of a screen, the controls open; legends stay in their pictures."""
+@pytest.mark.parametrize("state", STATES, ids=str)
+@pytest.mark.parametrize("width", [390, 768, 1280])
+def test_nothing_is_wider_than_the_window(page, driver, width, state):
+    """Of a telephone, a tablet and a screen, the controls open: nothing scrolls sideways, no table is cut, and legends
+    stay in their pictures.
+    """
     with screen(driver, width):
-        page(mode="constant", u=3.5)
+        page(**state)
         driver.execute_script("document.querySelectorAll('details').forEach(each => { each.open = true; })")
-        assert driver.execute_script("return document.documentElement.scrollWidth") <= width
+        assert driver.execute_script("return document.scrollingElement.scrollWidth") <= width
+        scrolled = driver.execute_script(
+            "return [...document.querySelectorAll('body *')].filter(e => e.scrollWidth > e.clientWidth + 1"
+            " && ['auto', 'scroll', 'hidden', 'clip'].includes(getComputedStyle(e).overflowX) && e.clientWidth"
+            " && !e.matches('svg, svg *, input, select')).map(e => e.outerHTML.slice(0, 80))"
+        )
+        assert scrolled == []
+        cut = driver.execute_script(
+            "const cut = e => e.scrollWidth > e.clientWidth + 1 || e.getBoundingClientRect().right > innerWidth;"
+            "return [...document.querySelectorAll('td')].filter(e => cut(e)).map(e => e.textContent)"
+        )
+        assert cut == []
+        assert len(values(driver)["u"]) > 2
         beyond = driver.execute_script(
             "return [...document.querySelectorAll('svg')].flatMap(svg => [...svg.querySelectorAll('text')].filter(t =>"
             "t.getBoundingClientRect().right > svg.getBoundingClientRect().right + 1).map(t => t.textContent))"
         )
         assert beyond == []
         assert driver.execute_script("return document.getElementById('time-range').clientWidth") > 150
+
+
+@browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_each_value_of_a_hop_stands_beside_its_heading(page, driver, width):
+    """In the head of the table, or in the card where the table would be cut."""
+    with screen(driver, width):
+        page(hops=2)
+        heads, cells, shown = driver.execute_script(
+            "const of = tag => [...document.querySelectorAll(`#hops-table ${tag}`)];"
+            "const text = e => getComputedStyle(e, '::before').content;"
+            "return [of('th').map(e => e.textContent), of('tbody tr').map(r => [...r.cells].map(e => text(e))),"
+            "of('thead')[0].getBoundingClientRect().width > 300]"
+        )
+        assert len(heads) == 11 and "apex [m]" in heads
+        assert shown == (width == 1280)
+        assert cells == [["none"] * 11 if shown else [f'"{head}"' for head in heads]] * 2
+
+
+FOOT = """
+const foot = document.querySelector('#scene .foot').getBoundingClientRect();
+const scene = document.getElementById('scene').getBoundingClientRect();
+const under = [...document.querySelectorAll('#scene .ground')].map(e => e.getBoundingClientRect())
+  .find(e => e.left <= foot.left + foot.width / 2 && foot.left + foot.width / 2 < e.right);
+return [foot.width, foot.height, scene.bottom - foot.bottom, under.top - foot.bottom];
+"""
+"""Width and height of the drawn foot, how far it is above the picture's lower edge and above the ground, in pixels."""
+
+
+@browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_the_foot_is_drawn_and_stands_on_the_ground_in_stance(page, driver, width):
+    with screen(driver, width):
+        page(terrain="flat", start="drop")
+        wide, tall, inside, above = driver.execute_script(FOOT)
+        assert wide > 20 and tall > 4 and inside > 0
+        assert above > 30  # at the drop
+        page(terrain="flat", start="touchdown")
+        wide, tall, inside, above = driver.execute_script(FOOT)
+        assert wide > 20 and tall > 4 and inside > 0
+        assert abs(above) < 1.5  # the outline of the ground
 
 
 @browser
@@ -362,7 +429,7 @@ def test_a_telephone_shows_the_hopper_first_and_keeps_it_in_sight(page, driver):
 def test_an_example_sets_what_it_names(page):
     driver = page()
     for words, asked, event in (
-        ("sticks and hits", "u=0.75", "x1_sticks"), ("5 % wrong", "wrong=5", ""), ("rough", "", ""),
+        ("stick-slip", "u=0.75", "x1_sticks"), ("5 % model error", "wrong=5", ""), ("rough", "", ""),
     ):  # fmt: skip
         driver.find_element("partial link text", words).click()
         wait(lambda asked=asked: driver.current_url.partition("#")[2].count(asked) > 0 or not asked)
@@ -371,6 +438,51 @@ def test_an_example_sets_what_it_names(page):
         assert not event or event in driver.find_element("id", "events-table").text
     wait(lambda: driver.current_url.endswith("#"))
     np.testing.assert_allclose(values(driver)["apex"], 0.2, rtol=0, atol=1e-9)
+
+
+@browser
+def test_the_first_example_starts_at_touchdown(page):
+    """Its playback, too, and again after its end; the other examples start at the drop."""
+    driver = page()
+    time_of = lambda: float(driver.find_element("id", "time").get_attribute("value"))  # noqa: E731
+    assert time_of() == 0.0
+    first, *others = driver.find_elements("css selector", "#examples a")
+    first.click()
+    wait(lambda: time_of() > 0.0)
+    (touchdown, *_) = values(driver)["touchdown_time"]
+    assert time_of() == round(touchdown, 4)
+    assert driver.find_element("id", "start").get_attribute("value") == "touchdown"
+    assert "start=touchdown" in driver.current_url
+    write(driver, "time", "1e9")
+    write(driver, "speed", "0.01")  # from the drop it would take 20 s
+    driver.find_element("id", "play").click()
+    wait(lambda: touchdown - 1e-4 <= time_of() < touchdown + 0.5)
+    driver.find_element("id", "play").click()
+    for other in others:
+        other.click()
+        wait(lambda: time_of() == 0.0)
+
+
+@browser
+def test_where_playback_starts_is_chosen(page):
+    driver = page()
+    time_of = lambda: float(driver.find_element("id", "time").get_attribute("value"))  # noqa: E731
+    for start in ("touchdown", "drop"):
+        write(driver, "start", start)
+        wait(lambda start=start: (time_of() > 0.0) == (start == "touchdown"))
+    assert time_of() == 0.0
+    write(driver, "time", "0.3")
+    write(driver, "u", "1")
+    assert time_of() == 0.3  # a change of the robot or the task moves no time
+
+
+@pytest.mark.skipif("ziglang" in MISSING, reason="the page is not built: ziglang is absent")
+def test_a_page_alone_links_to_no_file_and_has_its_version_and_licence(built):
+    text = built.read_text("utf-8")
+    links = re.findall(r'(?:href|src)="([^"]*)"', text)
+    assert len(links) > 3 and [link for link in links if not link.startswith(("#", "data:"))] == []
+    assert f"<footer><p>hopform {hopform.__version__}, MIT licence." in text
+    assert (ROOT / "LICENSE").read_text("utf-8") in text
 
 
 def test_the_page_has_no_physics_in_its_program():

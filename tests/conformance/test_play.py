@@ -33,12 +33,12 @@ CURVES = {
     },
     "forces": {
         "spring": lambda run, t: HOPPER.k * (run.foot(t) + HOPPER.L0 + HOPPER.c + run.at(t).x1 - run.at(t).x2),
-        "motor on the actuator": lambda run, t: 65.0 * run.current(t),
+        "motor, on the actuator": lambda run, t: 65.0 * run.current(t),
     },
     "energy": {
         "kinetic + gravitational": lambda run, t: HOPPER.m_s * (run.at(t).v2 ** 2 / 2.0 + HOPPER.g * run.at(t).x2),
-        "with the spring as in (23)": lambda run, t: run.energy(t).body,
-        "this, predicted by the AED": lambda run, t: run.aed(t),
+        "body and spring (23)": lambda run, t: run.energy(t).body,
+        "predicted by the AED": lambda run, t: run.aed(t),
     },
 }
 """What the curves of each plot must be, by their names."""

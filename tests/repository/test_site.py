@@ -115,6 +115,7 @@ def test_the_api_has_every_public_name_of_python_and_c(pages):
 def test_every_page_has_a_link_to_the_page_to_play_with(pages):
     links = {path: {(path.parent / unquote(link)).resolve() for link in page.links} for path, page in pages.items()}
     assert [path for path, found in links.items() if path.name != "index.html" and PLAY not in found] == []
+    assert links[PLAY] >= {SITE / "README.html"}  # and that page leads back
 
 
 def test_the_help_of_every_command_is_there():
