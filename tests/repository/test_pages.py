@@ -91,6 +91,7 @@ def test_the_imports_of_a_page_s_first_program_are_a_program(page):
         "how-to/use-another-robot.md",
         "reference/solvers.md",
         pytest.param("evidence/reference-set.md", marks=[pytest.mark.sliced, needs.mujoco]),
+        pytest.param("how-to/another-force.md", marks=pytest.mark.sliced),
         pytest.param("how-to/formulas-of-a-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.nightly),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
