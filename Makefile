@@ -120,7 +120,7 @@ validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, com
 	@$(PY) tools/build_library.py
 	@$(PY) -m tests.conformance.published
 
-scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/evidence/switchovers.*
+scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/developers/switchovers.*
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.switchovers
 TOUCHDOWNS = 10000

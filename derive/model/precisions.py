@@ -77,7 +77,7 @@ def _behind(value: Fraction, precision: Precision) -> Fraction:
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
 SHORT = Constant("SHORT", 1e-3, 1e-5, "the square of a step, in rates, that a short series carries")
 FAR = Constant("FAR", 1e3, 1e4, "a^2/q above which a state late in a phase is counted from where the phase ends")
-"""By W alone a velocity that has faded has an error of a^2/q eps. Chosen; docs/explanation/decisions.md."""
+"""By W alone a velocity that has faded has an error of a^2/q eps. Chosen; docs/developers/decisions.md."""
 
 LIMITS = (
     _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number"),

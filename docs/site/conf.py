@@ -77,7 +77,7 @@ html_math_renderer = "mathml"
 html_copy_source = html_show_sphinx = html_show_search_summary = False
 
 NAVIGATION = {
-    "Get started": ["docs/site/start", "docs/site/play", "docs/site/gallery"],
+    "See it": ["docs/site/play", "docs/site/gallery"],
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [

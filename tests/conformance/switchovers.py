@@ -4,7 +4,7 @@ A parameter is swept through each switch-over. On both sides, and from each floa
 it, W'', W', W and its two integrals are compared with 50 digits, by the kernels of the engine in C and by those of the NumPy
 package, and a whole stance in C, in both precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
 where that is above 1; that of a stance is scaled as everywhere (tests/conformance/errors.py). Writes
-docs/evidence/switchovers.png and docs/evidence/switchovers.md.
+docs/developers/switchovers.png and docs/developers/switchovers.md.
 """
 
 import argparse
@@ -554,9 +554,9 @@ def page(swept: list[Swept], count: int) -> str:
         "digits, in both precisions. Functions are evaluated by the kernels of the engine in C and by those of the NumPy",
         "package, `hopform_solver.kernels`, and the worse of the two stands in the table; stances are solved in C. The",
         "error of a function is in units of its largest magnitude up to t, divided by the condition number of the five",
-        "where that is above 1; a stance's is scaled as in accuracy.md. *Jump*: the largest change of the error from one",
-        f"number to the next at the switch. Limits, held by `make test`: {ULPS:.0f} units in the last place (1.4e-14,",
-        "7.6e-6) for functions, 1e-12 and 1e-5 for stances.",
+        "where that is above 1; a stance's is scaled as in [accuracy](../evidence/accuracy.md). *Jump*: the largest change",
+        f"of the error from one number to the next at the switch. Limits, held by `make test`: {ULPS:.0f} units in the last",
+        "place (1.4e-14, 7.6e-6) for functions, 1e-12 and 1e-5 for stances.",
         "",
         "![Error curves across each switch](switchovers.png)",
         "",
@@ -585,7 +585,7 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     arguments.add_argument("--count", type=int, default=60, help="values on each side")
     arguments.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    arguments.add_argument("--out", type=Path, default=ROOT / "docs" / "evidence")
+    arguments.add_argument("--out", type=Path, default=ROOT / "docs" / "developers")
     chosen = arguments.parse_args()
     swept, wrong = [], []
     for one in swept_all(chosen.count, chosen.processes):

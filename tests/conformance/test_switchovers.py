@@ -32,7 +32,7 @@ def test_a_sweep_lies_on_both_sides_of_its_switch_and_next_to_it(switch):
 
 
 def test_the_page_has_a_line_for_every_switch():
-    page = (switchovers.ROOT / "docs" / "evidence" / "switchovers.md").read_text("utf-8")
+    page = (switchovers.ROOT / "docs" / "developers" / "switchovers.md").read_text("utf-8")
     for switch in ALL:
         assert switch.where in page, switch.name
 

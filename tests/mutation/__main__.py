@@ -24,7 +24,7 @@ from tests.mutation.draw import Mutant, drawn
 from tests.mutation.evaluate import Bench, InvalidMutant
 
 SEED, COUNT, LEAST = 20261123, 400, 0.90
-PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
+PAGE = ROOT / "docs" / "developers" / "c-mutants.md"
 MEASURED = "## Measured\n\n"
 """What follows in the page is written by --report."""
 SELFTEST = "c/selftest_real.h"

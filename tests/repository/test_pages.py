@@ -91,6 +91,7 @@ def test_the_imports_of_a_page_s_first_program_are_a_program(page):
         "how-to/use-another-robot.md",
         "reference/solvers.md",
         pytest.param("evidence/reference-set.md", marks=[pytest.mark.sliced, needs.mujoco]),
+        pytest.param("how-to/another-force.md", marks=pytest.mark.sliced),
         pytest.param("how-to/formulas-of-a-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.nightly),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
@@ -131,7 +132,7 @@ def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeyp
     assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
     shown = re.findall(r"^(hopform .*?) +# (.+)$", text, re.MULTILINE)
     doors = re.findall(r"^\|[^|]*\| `(hopform .*?)` \|", text, re.MULTILINE)
-    assert (len(shown), len(doors)) == (3, 6)
+    assert (len(shown), len(doors)) == (3, 7)
     for line, words in (*shown, *((each, "") for each in doors)):
         capsys.readouterr()
         assert cli.main(shlex.split(line)[1:]) == 0, line

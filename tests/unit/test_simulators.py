@@ -389,5 +389,5 @@ def test_a_joint_under_half_of_its_friction_creeps_by_default_as_readme_and_page
     while data.time < 10.0:
         mujoco.mj_step(model, data)
     crept = f"by {data.qpos[0]:.2f} rad in 10 s"
-    for page in ("README.md", "docs/reference/identification.md"):
+    for page in ("README.md", "docs/reference/identification-options.md"):
         assert crept in (ROOT / page).read_text("utf-8")

@@ -1,5 +1,5 @@
 """The generated C under strict compilers, gcc's analyzer, and cppcheck with MISRA:
-nothing but what docs/evidence/misra.md argues.
+nothing but what docs/developers/misra.md argues.
 """
 
 import re
@@ -7,7 +7,7 @@ import shutil
 
 from tests.conformance.firmware.targets import COMMON, ROOT, C, Failed, run, sources
 
-PAGE = ROOT / "docs" / "evidence" / "misra.md"
+PAGE = ROOT / "docs" / "developers" / "misra.md"
 GCC = (
     "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wfloat-equal",
     "-Wshadow", "-Wundef", "-Werror",
@@ -55,5 +55,5 @@ def misra() -> list[str]:
     allowed = {f"misra-c2012-{rule}" for rule in argued()} | KNOWN_FALSE
     lines = [line for line in found.splitlines() if re.search(r":\d+: \S+$", line)]
     if not lines:
-        return ["cppcheck found nothing at all, not even what docs/evidence/misra.md argues: it did not look"]
+        return ["cppcheck found nothing at all, not even what docs/developers/misra.md argues: it did not look"]
     return [line for line in lines if line.rsplit(" ", 1)[1] not in allowed]
