@@ -53,9 +53,7 @@ GROUPS = {
 SOLVER = "hopform.solver"
 """Under which a context has what --solver names."""
 
-ABOUT_SOLVER = (
-    "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopform's own if left out"
-)
+ABOUT_SOLVER = "solver to use, a name from `model list` or a folder as in ./DIR (runs its code); default: the hopper's"
 
 LONGEST = 2000
 """Characters of a message at most."""

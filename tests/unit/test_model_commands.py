@@ -64,7 +64,7 @@ def test_a_check_says_what_follows_and_what_the_model_can(run):
 
 def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
     joint = run("model", "check", MODELS / "joint.py")
-    assert "No stance, flight or hop: the model lacks a contact()." in joint and joint.count("lacks") == 1
+    assert "No stance, flight or hop: the model has no contact()." in joint and joint.count("the model has") == 1
     assert "acc_2" not in joint and "contact_force" not in joint
     fed = run("model", "check", MODELS / "feedforward.py")
     assert re.search(r"^body +actuator +2 +s\*\*2 \+ .* \+ k/m_eff +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
@@ -248,7 +248,7 @@ def test_the_page_names_what_a_robot_must_obey():
     assert "| body | `p_1` = `b1/m_eff - k_fed/m_eff` >= 0 |" in page
     assert "No motion of a mode grows" in solvers.page(derive(DAMPER))
     joint = solvers.page(derive(MODELS / "joint.py"))
-    assert "x2_reverses" not in joint and "takeoff" not in joint and "the model lacks a contact()" in joint
+    assert "x2_reverses" not in joint and "takeoff" not in joint and "the model has no contact()" in joint
 
 
 @pytest.fixture
