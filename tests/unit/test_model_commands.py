@@ -275,7 +275,7 @@ def quick(monkeypatch):
 def test_a_second_build_is_a_look_up(run, cache, quick, tmp_path):
     first, second = run("model", "build", DAMPER), run("model", "build", DAMPER)
     assert quick == {"derived": 1, "compiled": 1}
-    assert "The solver is built in" in first and "The solver was there already, in" in second
+    assert "The solver is built in" in first and "The solver was built before, in" in second
     (folder,) = cache.iterdir()
     assert (folder / "model.py").read_bytes() == DAMPER.read_bytes()
 
@@ -330,7 +330,7 @@ def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, q
     monkeypatch.setattr(build, "compiler", absent)
     assert cli.main(["model", "build", str(DAMPER)]) == 0
     assert (
-        "warning: there is no library; where a C compiler is, its first use makes it: there is no C compiler"
+        "warning: the library is not compiled (there is no C compiler: set CC); it is compiled at first use"
         in capsys.readouterr().err
     )
     assert cli.main(["model", "list"]) == 0
@@ -409,4 +409,4 @@ def test_the_list_has_the_hopper_and_needs_no_derivation(run, monkeypatch):
 
 def test_help_says_that_a_model_file_is_run(run):
     for words in (("model", "--help"), ("model", "check", "--help"), ("model", "build", "--help")):
-        assert re.search(r"run as Python|runs it", " ".join(run(*words).split())), words
+        assert re.search(r"runs (it|the file as Python)", " ".join(run(*words).split())), words

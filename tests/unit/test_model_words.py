@@ -101,7 +101,7 @@ def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model
         text = " ".join(capsys.readouterr().out.split())
         assert not re.search(r"hopper_c|\by \[|--x1\b|--height|Current:|[Bb]ody|[Hh]op ", text), command
         if command in ("motion", "record"):
-            assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}; constant" in text
+            assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}: a constant" in text
         if command == "fit":
             columns = {"door": "phi_rad,P_N", "relay": "z_m,U_V", "tendon": "drum_rad,leg_rad,i_A"}[stranger.name]
             assert f"time_s,{columns}." in text and "q_rad" not in text
@@ -305,7 +305,7 @@ def test_a_build_says_how_long_it_took(emptied, quick, capsys):
     )
     assert cli.main(["model", "build", "cart"]) == 0
     printed = capsys.readouterr()
-    assert "The solver was there already, in " in printed.out and " after " not in printed.out and printed.err == ""
+    assert "The solver was built before, in " in printed.out and " after " not in printed.out and printed.err == ""
 
 
 @pytest.mark.parametrize(
