@@ -1,18 +1,19 @@
-# Everything this repository knows how to do. `make` says what most people need, `make help-all` everything.
+# Everything this repository knows how to do. `make` lists the ten targets that most people need, `make help-all` all.
 # Set PYTHON to choose the interpreter that makes .venv, CC to choose the compiler.
 PY = .venv/bin/python
 export CC
 # Of tests: one thread each, and what one process has compiled of Python the next one reads, whatever a shell says.
 EACH = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
-FIRST = run|play|test|smoke|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
+FIRST = run|play|smoke|test|precheck|lint|generate|check|docs|wheel
 help:
-	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
+	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-9s %s\n", $$1, $$2 }'
+	@echo "make help-all  list every target"
 
-help-all: ## say what every target does
+help-all: ## list every target
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-31s %s\n", $$1, $$2 }'
 
-run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
+run: compiler venv ## set up .venv, derive, compile, solve stances and hops, draw them
 	$(PY) -m derive
 	$(PY) tools/build_library.py
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3
@@ -27,7 +28,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's numbers, to edit; --robot mine.toml" \
 	    "  make play                                             sliders and a hopper in the browser"
 
-test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
+test: compiler venv-dev ## test the derivation, the generated code and the house rules
 	$(PY) tools/build_library.py
 	$(EACH) $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
@@ -35,14 +36,14 @@ durations: compiler venv-dev ## write tests/durations.json, the slow tests of `m
 	$(PY) tools/build_library.py
 	$(EACH) $(PY) -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --write-durations
 
-smoke: compiler venv-dev ## in a minute: one derivation, the digests of this computer, 1 000 stances against 50 digits
+smoke: compiler venv-dev ## check an installation in a minute: digests, 1 000 stances
 	$(PY) -m derive --check
 	$(PY) tools/build_library.py
 	$(PY) -m tests.repository.gate.digests
 	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 1000 --reference 1000
 
 QUICK_TESTS = $(addprefix tests/repository/test_,words.py docs.py rooms.py derive.py facts.py statuses.py tests.py ci.py)
-precheck: compiler venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts
+precheck: compiler venv-dev ## check style, stale files, words, links and rooms in 20 s
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	.venv/bin/lint-imports --no-cache --no-logo
@@ -80,7 +81,7 @@ test-slices: compiler venv-dev ## the slower tests, or those in the files SLICES
 	$(EACH) $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
 	    $(SLICES)
 
-docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
+docs: compiler doxygen venv-docs ## build the site into out/site; warnings are errors
 	$(PY) tools/build_library.py
 	@rm -rf out/site out/doxygen out/doctrees && mkdir -p out
 	$(PY) -m docs.gallery out/figures
@@ -92,7 +93,7 @@ figures: compiler venv ## draw the paper's figures 1 to 17 and the animation int
 	$(PY) tools/build_library.py
 	$(PY) -m docs.gallery out/figures
 
-play: compiler venv-zig ## build the page to play with into out/play: one file, which a browser opens from the disk
+play: compiler venv-zig ## build the page to play with, one file in out/play
 	@$(PY) tools/build_library.py
 	@$(PY) docs/play/build.py out/play
 
@@ -164,11 +165,11 @@ firmware-report: compiler venv-dev ## count instructions, flash and stack there,
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --report
 
-generate: venv ## derive the formulas and write generated/, and compile them where there is a library
+generate: venv ## derive the formulas into generated/, compile the library
 	$(PY) -m derive
 	@set -- runtime/hopform/_libhopform.*; [ ! -e "$$1" ] || $(PY) tools/build_library.py
 
-check: venv ## fail if generated/ is not what derive/, templates/ and runtime/engine/ say
+check: venv ## fail if generated/ is stale, and show what differs
 	$(PY) -m derive --check
 
 test-manifests: compiler venv ## exported packages before their own readers, and the schemas in HOPFORM_SCHEMAS
@@ -195,7 +196,7 @@ BASE = HEAD
 gate: compiler venv-dev ## instructions, answers and public names of BASE and this checkout: nothing may have moved
 	$(PY) -m tests.repository.gate $(BASE)
 
-lint: venv-dev ## style and types, of Python and of C; cppcheck where it is installed
+lint: venv-dev ## check style and types, of Python and of C
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	.venv/bin/lint-imports --no-cache --no-logo
@@ -203,7 +204,7 @@ lint: venv-dev ## style and types, of Python and of C; cppcheck where it is inst
 	$(PY) -m pyright
 	sh tools/lint_c.sh
 
-wheel: compiler venv-dev ## build the sdist, from it the wheel, look inside, use it as a stranger without a compiler
+wheel: compiler venv-dev ## build the sdist and the wheel, use it without a compiler
 	@rm -rf dist
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist

@@ -47,7 +47,7 @@ def numbers_of(model: Model) -> Iterator[str]:
     """The lines of a robot to start from: the defaults of parameters, and for the hopper's own those of its examples."""
     yield f"name = {value_of(model.name)}"
     yield f"model = {value_of(model.name)}"
-    yield f"description = {value_of(f'numbers to start from: {model.title}')}"
+    yield f"description = {value_of(f'defaults of the model file. {model.title}')}"
     quantities = model.robot.quantities
     for each in quantities:
         if each.name not in KEYS_OF_ROBOTS:

@@ -30,7 +30,7 @@ def example_robot(model: Model) -> str:
 
 
 def example_start(model: Model) -> dict[str, float]:
-    """The start of an example, by axes: a leg that carries nothing falls, and what has no leg rests, its coordinates as
+    """The start of an example, by axes: an unloaded leg falls, and what has no leg rests, its coordinates as
     near to 0 as its stops allow.
     """
     robot = {parameter.symbol: _finite(parameter) for parameter in model.parameters}

@@ -1,7 +1,7 @@
 """The contact of the leg with the ground, which can push but not pull: take-off is where its force vanishes.
 
-The contact force N is what the leg carries: k y for the paper's leg, k y + b_12 (v_1 - v_2) with a damper beside the
-spring, (k + k_2) y with a second spring, where y counts from the length at which the leg carries nothing. It is taken
+The contact force N is the force in the leg: k y for the paper's leg, k y + b_12 (v_1 - v_2) with a damper beside the
+spring, (k + k_2) y with a second spring, where y counts from the free length of the leg. It is taken
 over the leg's stiffness dN/dy, so that it is y itself without a damper.
 """
 
@@ -14,7 +14,7 @@ from . import sensitivity
 from .laplace import NAMES, START
 
 CONTACT = scalar("contact", "m", "contact force of the leg over its stiffness")
-RELEASED = scalar("released", "m", "compression at which the leg carries nothing")
+RELEASED = scalar("released", "m", "compression of the leg at which the contact force is 0")
 FORCE = scalar("contact_force", "N", "contact force of the leg")
 LEG_TIME = scalar("leg_time", "s", "time in which the leg without load relaxes to 1/e of its compression")
 LEG_TIME_CHANGE = sensitivity.change_of_quantity(LEG_TIME)
@@ -79,7 +79,7 @@ def contact_change(model: Model) -> Steps:
 
 @function(takes=(ROBOT, *STATE.quantities[1:3]), returns=RELEASED)
 def compression_at_takeoff(model: Model) -> Steps:
-    """Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it."""
+    """Compression of the leg on the ground at which the contact force is 0: 0 where no damper acts in it."""
     yield Step(RELEASED.symbol, sp.cancel(-model.contact.subs(y, 0)), "N = 0")
 
 

@@ -208,7 +208,7 @@ def second_position(model: Model) -> Steps:
 
 @function(takes=(ROBOT,), returns=REST, of_contact=True)
 def compression_at_rest(model: Model) -> Steps:
-    """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then."""
+    """Compression of the spring at the free length of the leg, which is L_0 + c less that."""
     yield Step(REST.symbol, model.rest, "N = 0")
 
 

@@ -90,7 +90,7 @@ SETTLED = sp.Rational(20, 3)
 
 
 def acceleration(model: Model) -> sp.Expr:
-    """(3) while the leg carries nothing."""
+    """(3) without contact force."""
     return model.in_flight[0]
 
 
@@ -188,7 +188,7 @@ def loss_at_impact() -> Steps:
 def flight_energies(model: Model) -> Steps:
     """Energy of the body and of the robot in flight.
 
-    The leg carries nothing: its spring holds what others hold against it.
+    The leg is unloaded: its spring holds what others hold against it.
     """
     steps, rest = rest_of_spring(model)
     yield from steps

@@ -131,7 +131,7 @@ _OWN = _STARTS | _named(
     ("slow", "r", "1/s", "rate of the slower one of a pair of real poles; read where the pair does not ring"),
     ("slow1", r"\int e^{-rt}", "s", "integral of exp(-r t)"),
     ("slow2", r"\iint e^{-rt}", "s^2", "integral of that"),
-    ("y_0", "y(0)", "m", "compression of the leg, from where it carries nothing, at the start of the phase"),
+    ("y_0", "y(0)", "m", "spring deflection at t = 0, from its free length"),
     ("x1_split", "x_1(t)", "m", "displacement of the actuator at time t, by its partial fractions"),
     ("x2_split", "x_2(t)", "m", "height of the body at time t, by its partial fractions"),
     ("x1_t", "x_1(t)", "m", "displacement of the actuator at time t"),

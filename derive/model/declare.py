@@ -570,7 +570,7 @@ def stop(on: sp.Symbol, low: Value = None, high: Value = None, name: str = "stop
 
 @_call
 def contact(leg: Spring, impact_loss: Value = 0, name: str = "contact") -> None:
-    """A leg that stands on the ground, which it pushes and cannot pull: it takes off where it carries nothing.
+    """A leg on the ground, which pushes and cannot pull: it takes off where the contact force falls to 0.
 
     impact_loss: the fraction of the kinetic energy that the body loses at touchdown.
     """

@@ -347,14 +347,14 @@ class Model:
 
     @cached_property
     def rest(self) -> sp.Expr:
-        """The compression of the spring at which the leg at rest carries nothing, [m]: y counts from there."""
+        """The compression of the spring at the free length of the leg, [m]: y counts from there."""
         if not self.has_contact:
             return sp.S.Zero
         return sp.factor(-self._in_leg.subs({y: 0, v1: 0, v2: 0}) / self.stiffness)  # lengths cancel before products
 
     @cached_property
     def length(self) -> sp.Expr:
-        """The length of the leg that carries nothing, [m]: x_2 = x_1 - y + length, and hop heights count from it."""
+        """The free length of the leg, [m]: x_2 = x_1 - y + length, and hop heights count from it."""
         return L0 + c - self.rest
 
     @cached_property
@@ -366,7 +366,7 @@ class Model:
 
     @cached_property
     def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
-        """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant. Without
+        """The accelerations in flight, where the contact force is 0, in v1 and u; that of the body is constant. Without
         a contact nothing flies.
         """
         actuator, body = self._forces_in("flight")

@@ -79,7 +79,7 @@ STATE = Record("State", "The hopper at one instant.", python_name="LegState").of
     Quantity("x1", r"x_1", "m", "displacement of the actuator"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
-    Quantity("y", r"y", "m", "compression of the leg, from where it carries nothing"),
+    Quantity("y", r"y", "m", "spring deflection, from its free length"),
 )
 x1, v1, v2, y = STATE.symbols
 

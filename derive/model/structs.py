@@ -165,7 +165,7 @@ FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it sta
     Member("event", "int8", "HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it"),
     Member("spare", "int8", "0"),
 )
-FLIGHT = Struct("Flight", "A flight, solved. In its states y is that of a leg that stands on the ground ahead.").of(
+FLIGHT = Struct("Flight", "A flight, solved. In its states y is counted from the ground ahead.").of(
     Member("gains", "Gains", "of the law; 0 where the motor has no force"),
     Member("start", "State", "as given"),
     Member("ground", "real", "height of the ground ahead over that which was left", "m"),
@@ -176,7 +176,7 @@ FLIGHT = Struct("Flight", "A flight, solved. In its states y is that of a leg th
     Member("apex_time", "real", "", "s"),
     Member("impact_loss", "real", "energy lost at the impact, negative", "J"),
     Member("start_loss", "real", "energy lost at a stop at t = 0, negative", "J"),
-    Member("leg_loss", "real", "energy lost by a damper in the leg, which carries nothing, negative", "J"),
+    Member("leg_loss", "real", "energy lost by a damper in the unloaded leg, negative", "J"),
     Member("ending", "int32", "HOPFORM_FLIGHT_..."),
     Member("phase_count", "int32", "phases of the flight, kept or not"),
     Member("phases_kept", "int32", "phases in the caller's buffer"),
@@ -275,7 +275,7 @@ FLIGHTS_OUT = Struct(
     Member("duration", "Output", "time of the ending", "s"),
     *of_quantities((*STATE.quantities[:2], BODY_HEIGHT, STATE.quantities[2]), "Output"),
     Member("v2_after", "Output", "velocity of the body after the impact", "m/s"),
-    Member("y", "Output", "compression of the leg at the ending: of one that stands on the ground ahead", "m"),
+    Member("y", "Output", "compression of the leg at the ending, counted from the ground ahead", "m"),
     Member("apex", "Output", "highest hop height of the body over the ground ahead", "m"),
     Member("apex_time", "Output", "", "s"),
     Member("impact_loss", "Output", "energy lost at the impact, negative", "J"),

@@ -77,11 +77,13 @@ def _without_contact(model: Model) -> Iterator[tuple[str, str]]:
     for height in ("height of the body over the ground under the foot", "hop height of the body"):
         yield height, f"displacement of {thing}"
     yield "Height of the body over the ground under the foot", f"Displacement of {thing}"
-    yield from (("compression", stretch(model)), ("compression of the leg", stretch(model)))
+    for deflection in ("compression", "compression of the leg", "spring deflection"):
+        yield deflection, stretch(model)
     if springs:
         yield "leg", springs[0]
     else:
-        yield from (("leg", "spring"), ("compression of the leg, from where it carries nothing", stretch(model)))
+        yield from (("leg", "spring"), ("spring deflection, from its free length", stretch(model)))
+        yield "spring deflection at t = 0, from its free length", f"{stretch(model)} at t = 0"
     yield from (("The hopper", "The mechanism"), ("the hopper", "the mechanism"))
     yield from (("stance", "motion"), ("stances", "motions"))
     yield from (

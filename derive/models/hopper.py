@@ -6,7 +6,7 @@ body, m_s, whose height is x_2:
     m_eff x_1'' = k (x_2 - x_1 - L_0) - b_1 x_1' - gamma_2 u - m_eff f_1 sign(x_1')                   (3)
     m_s   x_2'' = k (x_1 - x_2 + L_0 + c) - b_2 x_2' - m_s g - m_s f_2 sign(x_2')                     (4)
 
-While the leg carries nothing, the body falls freely, and the actuator moves on alone.
+In flight the body falls freely, and the actuator moves on alone.
 """
 
 from hopform.model import *

@@ -215,8 +215,8 @@ _CLAIMS = (
             ("current that moves it, standing on its leg", "0.75", "A"),
             ("f1 by (5) of that", "1.96", "m/s^2"),
         ),
-        "True where the spring carries nothing; the paper does not say whether it does. Standing, half the distance of "
-        "the currents that move it up and down is right. What is measured is the friction at rest.",
+        "True with the spring unloaded; the paper does not say whether it was. Standing, half the difference of the "
+        "currents that move it up and down is right. What is measured is the friction at rest.",
     ),
     depends(
         "impact_for_foot", "III-B", "A fixed share of energy lost at each impact stands for the foot's mass.", "5 %",

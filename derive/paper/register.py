@@ -34,7 +34,7 @@ PAPER = {
     "(25)": m_s * (1 - impact_loss) * v2**2 / 2,
 }
 """What the verdicts rest on, in the parameters: accelerations in stance, the largest that friction at rest takes up,
-accelerations in flight, where the leg carries nothing, energies of the body and at touchdown. It comes from the paper,
+accelerations in flight, where the contact force is 0, energies of the body and at touchdown. It comes from the paper,
 with (22), (25) as they are mended; nothing of it comes from a model's file.
 """
 

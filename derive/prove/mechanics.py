@@ -151,7 +151,7 @@ class Mechanics:
 
     @cached_property
     def length(self) -> sp.Expr:
-        """x_2 - x_1 [m] of a leg that carries nothing at rest."""
+        """The free length of the leg: x_2 - x_1 [m] without load, at rest."""
         at_rest = self.contact.subs({symbol: 0 for symbol in (*self.v.values(), *self.x.values())})
         return -at_rest / self.contact.diff(self.x[2])
 

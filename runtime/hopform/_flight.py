@@ -115,7 +115,7 @@ class Flight(OverTime):
     @overload
     def compression(self, t: Times) -> NDArray[np.floating]: ...
     def compression(self, t: Number | Times) -> Real:
-        """Compression of the leg [m] at times t [s], in t's shape: it carries nothing, so a damper in it relaxes."""
+        """Compression of the leg [m] at times t [s], in t's shape: a damper in the unloaded leg lets it relax."""
         times, time = self._times(t), self.robot.solver.package.formulas.leg_time(self.robot.parameters)
         return shaped(self._compression * np.exp(-times / time) if time > 0.0 else times * 0.0, t)
 
@@ -142,7 +142,7 @@ class Flight(OverTime):
     @overload
     def energy(self, t: Times) -> Energy[NDArray[np.floating]]: ...
     def energy(self, t: Number | Times) -> Energy[Any]:
-        """Energies [J] of the body and of the robot at times t [s], in t's shape; the leg carries nothing."""
+        """Energies [J] of the body and of the robot at times t [s], in t's shape; the leg is unloaded."""
         return Energy(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[0]))
 
     @overload
@@ -221,7 +221,7 @@ def solve_flight(
     x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
     the foot lands: x1 + L0 + c - compression if left out (flat ground), less by a step up; step [m],
     in place of x2: how much higher the ground ahead is than that which the foot leaves. compression [m]: of the leg
-    at take-off, from which it relaxes where a damper acts in it; if left out that at which it carries nothing, 0
+    at take-off, from which it relaxes where a damper acts in it; if left out that of the unloaded leg, 0
     without a damper. gains
     (Kp, Kd) [N/m, N s/m], both >= 0: of the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of
     `design_return`, settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. horizon [s]:

@@ -2,7 +2,7 @@
 
 The library differentiates by the state at take-off x1, v1, v2 and y, the leg's compression, on ground that stays, and by
 the height of the ground ahead. People give the height of the body over that, x2, or leave it out. The compression they
-give, or it is that at which the leg carries nothing, which moves with the velocities where a damper acts in the leg.
+give, or it is that of the unloaded leg, which changes with the velocities where a damper acts in the leg.
 """
 
 from dataclasses import dataclass
@@ -99,7 +99,7 @@ def by_names(columns: Columns, solved: NDArray[Any], start: Any, solver: Solver,
 
 
 def _releases(package: Package, parameters: Any, start: Any) -> dict[str, Any]:
-    """How the compression at which the leg carries nothing changes, (..., 1), by name: N is 0 with each change."""
+    """How the compression of the unloaded leg changes, (..., 1), by name: N is 0 with each change."""
     robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
     x1, v1, v2 = (np.asarray(value, float)[..., np.newaxis] for value in start)
     records, formulas, count = package.records, package.formulas, len(robots)

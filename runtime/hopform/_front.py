@@ -41,10 +41,13 @@ COMMANDS = {
 """The module of each command, of whichever room; one in a group has two words."""
 
 GROUPS = {
-    "model": ("Model files: mechanisms of your own.", "A model file is a program: each of these runs it."),
+    "model": (
+        "Check, build, show and prove models of mechanisms.",
+        "A model file is Python code: each of these runs it.",
+    ),
     "reference": (
-        "A benchmark of dry friction with exact answers.",
-        "It scores any simulator, with its events and derivatives.",
+        "Score a simulator against exact motions with dry friction.",
+        "A benchmark of states, events and derivatives.",
     ),
 }
 """What the commands of a group are about, in a sentence, and what else there is to say."""
@@ -53,9 +56,7 @@ GROUPS = {
 SOLVER = "hopform.solver"
 """Under which a context has what --solver names."""
 
-ABOUT_SOLVER = (
-    "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopform's own if left out"
-)
+ABOUT_SOLVER = "solver to use, a name from `model list` or a folder as in ./DIR (runs its code); default: the hopper's"
 
 LONGEST = 2000
 """Characters of a message at most."""
@@ -172,10 +173,11 @@ def front(
     solver: Annotated[str | None, typer.Option("--solver", metavar="DIR|NAME", help=ABOUT_SOLVER)] = None,
     version: Annotated[bool, typer.Option("--version", help="print the version and exit")] = False,
 ) -> None:
-    """The exact stance of a series-elastic hopper with dry friction.
+    """Exact motions of joints, hoppers and any mechanism of one or two masses with dry friction, stops and contact.
+    Commands are about the hopper unless --solver names another model; `hopform model list` lists joints, carts and more.
 
-    Numbers are in SI units, written without units. Exit code 2 means bad input. `hopform COMMAND --help` lists the
-    options of a command, with examples.
+    Numbers are in SI units, written without units. Exit code 2 means bad input. `hopform COMMAND
+    --help` lists the options of a command, with examples.
     """
     if version:
         from hopform._solver.library import library_message

@@ -172,7 +172,7 @@ class Stance(Motion):
     @overload
     def compression(self, t: Times) -> NDArray[np.floating]: ...
     def compression(self, t: Number | Times) -> Real:
-        """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
+        """Compression of the leg [m] at times t [s], from its free length, to its own last digit:
         x1 - x2 + L0 + c where the spring alone is in it.
         """
         return shaped(self._solver_state(t).y, t)
@@ -182,7 +182,7 @@ class Stance(Motion):
     @overload
     def contact_force(self, t: Times) -> NDArray[np.floating]: ...
     def contact_force(self, t: Number | Times) -> Real:
-        """Contact force N [N] at times t [s], in t's shape: what the leg carries, k times the compression of a spring.
+        """Contact force N [N] at times t [s], in t's shape: the force in the leg, k times the compression of a spring.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)

@@ -194,7 +194,7 @@ def test_a_recorded_motion_is_the_model_s_with_noise(call, folder):
         ("record motion --u 1 --u-steps 0:1", "give one of --u, --u-steps and --chirp"),
         ("record motion --plan", "record motion has no --plan: `hopform fit` of the recording shows its intervals"),
         ("record motion --start x=1", "start: the model joint has no coordinate 'x'"),
-        ("record drop", "hop or identification: the model joint lacks a contact()"),
+        ("record drop", "hop or identification: the model joint has no contact()"),
     ],
 )
 def test_what_a_motion_is_not_set_by_is_refused(call, line, message):

@@ -64,7 +64,7 @@ def test_a_check_says_what_follows_and_what_the_model_can(run):
 
 def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
     joint = run("model", "check", MODELS / "joint.py")
-    assert "No stance, flight or hop: the model lacks a contact()." in joint and joint.count("lacks") == 1
+    assert "No stance, flight or hop: the model has no contact()." in joint and joint.count("the model has") == 1
     assert "acc_2" not in joint and "contact_force" not in joint
     fed = run("model", "check", MODELS / "feedforward.py")
     assert re.search(r"^body +actuator +2 +s\*\*2 \+ .* \+ k/m_eff +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
@@ -248,7 +248,7 @@ def test_the_page_names_what_a_robot_must_obey():
     assert "| body | `p_1` = `b1/m_eff - k_fed/m_eff` >= 0 |" in page
     assert "No motion of a mode grows" in solvers.page(derive(DAMPER))
     joint = solvers.page(derive(MODELS / "joint.py"))
-    assert "x2_reverses" not in joint and "takeoff" not in joint and "the model lacks a contact()" in joint
+    assert "x2_reverses" not in joint and "takeoff" not in joint and "the model has no contact()" in joint
 
 
 @pytest.fixture
@@ -275,7 +275,7 @@ def quick(monkeypatch):
 def test_a_second_build_is_a_look_up(run, cache, quick, tmp_path):
     first, second = run("model", "build", DAMPER), run("model", "build", DAMPER)
     assert quick == {"derived": 1, "compiled": 1}
-    assert "The solver is built in" in first and "The solver was there already, in" in second
+    assert "The solver is built in" in first and "The solver was built before, in" in second
     (folder,) = cache.iterdir()
     assert (folder / "model.py").read_bytes() == DAMPER.read_bytes()
 
@@ -330,7 +330,7 @@ def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, q
     monkeypatch.setattr(build, "compiler", absent)
     assert cli.main(["model", "build", str(DAMPER)]) == 0
     assert (
-        "warning: there is no library; where a C compiler is, its first use makes it: there is no C compiler"
+        "warning: the library is not compiled (there is no C compiler: set CC); it is compiled at first use"
         in capsys.readouterr().err
     )
     assert cli.main(["model", "list"]) == 0
@@ -409,4 +409,4 @@ def test_the_list_has_the_hopper_and_needs_no_derivation(run, monkeypatch):
 
 def test_help_says_that_a_model_file_is_run(run):
     for words in (("model", "--help"), ("model", "check", "--help"), ("model", "build", "--help")):
-        assert re.search(r"run as Python|runs it", " ".join(run(*words).split())), words
+        assert re.search(r"runs (it|the file as Python)", " ".join(run(*words).split())), words

@@ -87,11 +87,11 @@ def test_a_command_that_the_model_does_not_have_is_refused_in_a_sentence(strange
             printed = capsys.readouterr()
             assert printed.out == "" and printed.err.count("\n") == 1
             said.add(printed.err.removeprefix("hopform: "))
-    contact = f": the model {stranger.name} lacks a contact()\n"
+    contact = f": the model {stranger.name} has no contact()\n"
     assert said == {
         f"no stance, flight{acts}{contact}"
         for acts in (" or hop", ", hop or identification", ", hop or controller", ", hop or map of apexes")
-    }
+    } | {f"equations are those of the hopper's paper: `hopform model show` prints those of {stranger.name}\n"}
 
 
 def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model(stranger, capsys):
@@ -101,7 +101,7 @@ def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model
         text = " ".join(capsys.readouterr().out.split())
         assert not re.search(r"hopper_c|\by \[|--x1\b|--height|Current:|[Bb]ody|[Hh]op ", text), command
         if command in ("motion", "record"):
-            assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}; constant" in text
+            assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}: a constant" in text
         if command == "fit":
             columns = {"door": "phi_rad,P_N", "relay": "z_m,U_V", "tendon": "drum_rad,leg_rad,i_A"}[stranger.name]
             assert f"time_s,{columns}." in text and "q_rad" not in text
@@ -305,7 +305,7 @@ def test_a_build_says_how_long_it_took(emptied, quick, capsys):
     )
     assert cli.main(["model", "build", "cart"]) == 0
     printed = capsys.readouterr()
-    assert "The solver was there already, in " in printed.out and " after " not in printed.out and printed.err == ""
+    assert "The solver was built before, in " in printed.out and " after " not in printed.out and printed.err == ""
 
 
 @pytest.mark.parametrize(
@@ -324,5 +324,5 @@ def test_nothing_is_left_of_a_named_model_whose_build_ends_early(emptied, monkey
 @pytest.mark.parametrize("name", ["standing_height", "compression_at_rest", "fall"])
 def test_a_robot_without_a_contact_says_that_it_has_no_height_to_fall_from(stranger, name):
     """In a sentence, not by a formula that its solver has not."""
-    with pytest.raises(hopform.HopformError, match=f"the model {stranger.name} lacks a contact"):
+    with pytest.raises(hopform.HopformError, match=f"the model {stranger.name} has no contact"):
         getattr(stranger.solver.load_robot(stranger.name), name)

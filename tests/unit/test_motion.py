@@ -407,5 +407,5 @@ def test_a_sweep_goes_over_coordinates_inputs_and_parameters(joint):
     assert float(found.duration.sel({Q: 0.2, "u": 9.0})) == one.duration
     with pytest.raises(hopform.HopformError, match="'x' is neither an input of a motion nor a field of the robot"):
         joint.sweep(joint_of(joint, **SERVO), x=[1.0])
-    with pytest.raises(hopform.HopformError, match="^no stance, .*: the model joint lacks a contact"):
+    with pytest.raises(hopform.HopformError, match="^no stance, .*: the model joint has no contact"):
         joint.sweep(joint_of(joint, **SERVO), height=[1.0])

@@ -202,8 +202,8 @@ def test_the_shipped_robots_are_those_of_a_solver_with_their_parameters(leg, str
 
 def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(store, tmp_path, damped, leg):
     """A folder whose facts say what derive says of a rig: what it can is read, not found out."""
-    lacking = 'can = ["motion"]\n\n[lacks]\nstance = "a contact"\nhop = "a body that flies"\n'
-    lacking += 'flight = "a body that flies"\ncommand = "a body that flies"\nreach = "a body that flies"\n'
+    lacking = 'can = ["motion"]\n\n[lacks]\nstance = "no contact"\nhop = "no body that flies"\n'
+    lacking += 'flight = "no body that flies"\ncommand = "no body that flies"\nreach = "no body that flies"\n'
     facts = (built(store, "stranger") / "solver.toml").read_text("utf-8")
     begin, end = facts.index("can = "), facts.index("[build]")
     folder = edited(built(store, "stranger"), tmp_path / "rig", "solver.toml", facts[begin:end], lacking + "\n")
@@ -213,11 +213,9 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
         lambda: rig.solve_stance(robot, v2=-1.0), lambda: hopform.solve_stance(robot, v2=-1.0),
         lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, height=[0.1]),
     ):  # fmt: skip
-        with pytest.raises(hopform.HopformError, match="^no stance: the model stranger lacks a contact$"):
+        with pytest.raises(hopform.HopformError, match="^no stance: the model stranger has no contact$"):
             call()
-    flies = (
-        "^no (flight or hop|flight, hop or controller|flight, hop or map of apexes): the model stranger lacks a body"
-    )
+    flies = "^no (flight or hop|flight, hop or controller|flight, hop or map of apexes): the model stranger has no body"
     for call in (
         lambda: rig.solve_flight(robot, v2=1.0), lambda: hopping.simulate(robot, [0.0], 1.0, height=0.1),
         lambda: rig.choose_current(robot, v2=-1.0, h_des=0.1), lambda: rig.next_apex(robot, 0.1, 1.0),
@@ -238,7 +236,7 @@ def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store):
     expected = middle + (-0.2 - middle) * np.cos(10.0 * t) + 0.05 * np.sin(10.0 * t)
     np.testing.assert_allclose(motion.at(t).phi, expected, atol=1e-14)
     assert motion.status == "horizon" and motion.warnings == ()
-    with pytest.raises(hopform.HopformError, match=r"^no stance, flight or hop: the model joint lacks a contact\(\)$"):
+    with pytest.raises(hopform.HopformError, match=r"^no stance, flight or hop: the model joint has no contact\(\)$"):
         joint.solve_stance(robot, v2=0.0)
     with pytest.raises(hopform.HopformError, match="compression must be >= 0 m, or the spring pulls"):
         hopform.solve_motion(HOPPER, start={"y": -0.1})
@@ -253,7 +251,7 @@ def test_what_is_no_solver_is_refused_by_its_name(tmp_path):
     file.write_text("")
     empty.mkdir()
     for path, message in (
-        (model, "is a model, a text, and a solver is a program: `hopform model build"),
+        (model, "is a model file; build it first: hopform model build"),
         (file, "is no solver: that is a folder with solver.toml"),
         (empty, "is no solver, it has no solver.toml"),
         (tmp_path / "absent", "there is no folder .*absent: `hopform model build FILE --out"),

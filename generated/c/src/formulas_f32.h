@@ -145,7 +145,7 @@ typedef struct {
     float x1_rate;  /* [m/s] rate of the displacement of the actuator */
     float v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
     float v2_rate;  /* [m/s/s] rate of the velocity of the body */
-    float y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
+    float y_rate;   /* [m/s] rate of the spring deflection, from its free length */
 } speeds_f32;
 
 /* Coulomb friction of a mass that slips. */
@@ -230,7 +230,7 @@ typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
     float v1_t;  /* [m/s] velocity of the actuator */
     float v2_t;  /* [m/s] velocity of the body */
-    float y_t;   /* [m] compression of the leg, from where it carries nothing */
+    float y_t;   /* [m] spring deflection, from its free length */
 } at_f32;
 
 /* What rates become, and what y, v_1, v_2 and the position gain by them, over a time. */
@@ -323,7 +323,7 @@ typedef struct {
     float d_x1;  /* [m] change of the displacement of the actuator */
     float d_v1;  /* [m/s] change of the velocity of the actuator */
     float d_v2;  /* [m/s] change of the velocity of the body */
-    float d_y;   /* [m] change of the compression of the leg, from where it carries nothing */
+    float d_y;   /* [m] change of the spring deflection, from its free length */
 } state_change_f32;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */

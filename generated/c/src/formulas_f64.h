@@ -145,7 +145,7 @@ typedef struct {
     double x1_rate;  /* [m/s] rate of the displacement of the actuator */
     double v1_rate;  /* [m/s/s] rate of the velocity of the actuator */
     double v2_rate;  /* [m/s/s] rate of the velocity of the body */
-    double y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
+    double y_rate;   /* [m/s] rate of the spring deflection, from its free length */
 } speeds_f64;
 
 /* Coulomb friction of a mass that slips. */
@@ -230,7 +230,7 @@ typedef struct {
     double x1_t;  /* [m] displacement of the actuator */
     double v1_t;  /* [m/s] velocity of the actuator */
     double v2_t;  /* [m/s] velocity of the body */
-    double y_t;   /* [m] compression of the leg, from where it carries nothing */
+    double y_t;   /* [m] spring deflection, from its free length */
 } at_f64;
 
 /* What rates become, and what y, v_1, v_2 and the position gain by them, over a time. */
@@ -323,7 +323,7 @@ typedef struct {
     double d_x1;  /* [m] change of the displacement of the actuator */
     double d_v1;  /* [m/s] change of the velocity of the actuator */
     double d_v2;  /* [m/s] change of the velocity of the body */
-    double d_y;   /* [m] change of the compression of the leg, from where it carries nothing */
+    double d_y;   /* [m] change of the spring deflection, from its free length */
 } state_change_f64;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */

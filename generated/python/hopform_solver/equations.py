@@ -471,8 +471,8 @@ CLAIMS: tuple[Claim, ...] = (
                    Number(what='f1 by (5) of that', value='0.78', unit='m/s^2'),
                    Number(what='current that moves it, standing on its leg', value='0.75', unit='A'),
                    Number(what='f1 by (5) of that', value='1.96', unit='m/s^2')),
-          reason='True where the spring carries nothing; the paper does not say whether it does. Standing, half '
-                 'the distance of the currents that move it up and down is right. What is measured is the friction '
+          reason='True with the spring unloaded; the paper does not say whether it was. Standing, half the '
+                 'difference of the currents that move it up and down is right. What is measured is the friction '
                  'at rest.'),
     Claim(verdict='depends on parameters',
           name='impact_for_foot',

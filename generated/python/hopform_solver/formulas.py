@@ -827,7 +827,7 @@ def second_position(robot: Robot, x1: Real, y: Real) -> Real:
     """Height of the body over the ground under the foot.
 
     x1 [m] displacement of the actuator.
-    y [m] compression of the leg, from where it carries nothing.
+    y [m] spring deflection, from its free length.
     Returns x2 [m], height of the body over the ground under the foot.
     """
     L0, c = robot.L0, robot.c
@@ -838,7 +838,7 @@ def second_position(robot: Robot, x1: Real, y: Real) -> Real:
 
 
 def compression_at_rest(robot: Robot) -> Real:
-    """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then.
+    """Compression of the spring at the free length of the leg, which is L_0 + c less that.
 
     Returns rest [m], compression of the spring where y is 0.
     """
@@ -948,7 +948,7 @@ def apex_of_takeoff(robot: Robot, x1: Real, y: Real, v_up: Real) -> Real:
     """Hop height of the apex after a take-off.
 
     x1 [m] displacement of the actuator.
-    y [m] compression of the leg, from where it carries nothing.
+    y [m] spring deflection, from its free length.
     v_up [m/s] max(v_2, 0) at take-off.
     Returns apex [m], hop height of the apex.
     """
@@ -1246,11 +1246,11 @@ def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, sta
 
 
 def compression_at_takeoff(robot: Robot, v1: Real, v2: Real) -> Real:
-    """Compression at which the leg carries nothing, on the ground: 0 where no damper acts in it.
+    """Compression of the leg on the ground at which the contact force is 0: 0 where no damper acts in it.
 
     v1 [m/s] velocity of the actuator.
     v2 [m/s] velocity of the body.
-    Returns released [m], compression at which the leg carries nothing.
+    Returns released [m], compression of the leg at which the contact force is 0.
     """
     released = 0.0  # N = 0
     return released

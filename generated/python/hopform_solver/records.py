@@ -393,7 +393,7 @@ class LegState(NamedTuple):
     v2: Real
     """[m/s] velocity of the body"""
     y: Real
-    """[m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing"""
+    """[m] L0 + c + x1 - x2: spring deflection, from its free length"""
 
 
 class Drive(NamedTuple):
@@ -665,7 +665,7 @@ class Speeds(NamedTuple):
     v2_rate: Real
     """[m/s/s] rate of the velocity of the body"""
     y_rate: Real
-    """[m/s] rate of the compression of the leg, from where it carries nothing"""
+    """[m/s] rate of the spring deflection, from its free length"""
 
 
 class Letters(NamedTuple):
@@ -865,7 +865,7 @@ class At(NamedTuple):
     v2_t: Real
     """[m/s] velocity of the body"""
     y_t: Real
-    """[m] compression of the leg, from where it carries nothing"""
+    """[m] spring deflection, from its free length"""
 
 
 class Passed(NamedTuple):
@@ -1084,7 +1084,7 @@ class StateChange(NamedTuple):
     d_v2: Real
     """[m/s] change of the velocity of the body"""
     d_y: Real
-    """[m] change of the compression of the leg, from where it carries nothing"""
+    """[m] change of the spring deflection, from its free length"""
 
 
 class Gains(NamedTuple):

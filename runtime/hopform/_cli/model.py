@@ -33,7 +33,7 @@ def derived(model: str) -> Any:
 def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False, whole: bool = False) -> str:
     """Formulas of a derivation as they are pasted."""
     if f32 and form != Form.c:
-        raise HopformError(f"--f32 is for --as c, got --as {form}")
+        raise HopformError(f"--f32 goes with --as c, got --as {form}")
     with in_one_line():
         return str(derivation.show(formula, str(form), single=f32, whole=whole))
 
@@ -51,10 +51,10 @@ def model_show(
 ) -> None:
     """Print the formulas that follow from a model, to paste.
 
-    They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
+    The formulas go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
     numerators, poles, partial_fractions, states, energies, works, control, event_functions) or a number of the paper.
-    A formula is in the names of others, which code has before it. --whole has it in parameters, inputs, start and time
-    alone: what is short is put in, what is long is defined before it, in the same. C is a header that compiles as it is.
+    A formula uses the names of others, which are defined before it. --whole gives it in parameters, inputs, start and
+    time alone: short parts are substituted, long ones defined first. The C is a header that compiles as it is.
     """
     derivation = derived(model)
     with in_one_line():
@@ -63,9 +63,9 @@ def model_show(
 
 
 def model_check(model: str) -> None:
-    """Check a model file: what can be solved, or why not.
+    """Check a model file: what can be solved with it, or why not.
 
-    It shows what follows from the equations of motion. The file is run as Python: read it first.
+    It prints accelerations, energies, event functions and modes. This runs the file as Python: read it first.
     """
     derivation = derived(model)
     facts = door.part("emit.facts").facts(derivation.model, "", {})
@@ -73,7 +73,7 @@ def model_check(model: str) -> None:
     formulas = {group: [each for each in derivation.formulas if each.group == group] for group in groups}
     headings = door.part("maths.formulas").GROUPS
     defaults = {each.name: each.default for each in derivation.model.parameters}
-    poles = "denominator" if None in defaults.values() else "poles [1/s] of the defaults"
+    poles = "denominator" if None in defaults.values() else "poles [1/s] at the defaults"
     deliver((), (), "", lambda: spaced(
         printable(f"{facts['name']}: {facts['title']}"),
         "\n".join(map(printable, door.part("emit.facts").abilities(facts))),
@@ -118,7 +118,7 @@ def modes(derivation: Any, defaults: Mapping[str, float | None]) -> Iterator[tup
 
 def next_step(model: str) -> str:
     return printable(
-        f"`hopform model build {model}` makes its solver, `hopform model show {model}` prints its formulas."
+        f"Next: `hopform model build {model}` builds its solver, `hopform model show {model}` prints its formulas."
     )
 
 
@@ -128,10 +128,10 @@ def next_step(model: str) -> str:
 def model_build(model: str, out: Path | None = None) -> None:
     """Build the solver of a model file.
 
-    It has a package, a compiled library, equations and a robot's numbers. The file is run as Python, and the solver is
-    a program: read the file first. Without --out it goes to the cache of solvers, by a hash of the model, hopform and
-    the compiler: a second build is a look-up. Without a C compiler the solver has no library, and solves where there is
-    one.
+    The solver is a folder with a Python package, a compiled library, equations and default parameters. This runs the
+    file as Python, and later the solver: read the file first. Without --out the solver goes to the cache, under a hash
+    of the model, hopform and the compiler, so a second build is a look-up. Without a C compiler the library is missing;
+    it is compiled at first use where there is a compiler.
     """
     with progress_bar("deriving") as bar:
         made = solver_of(readable(model), out, bar)
@@ -139,7 +139,9 @@ def model_build(model: str, out: Path | None = None) -> None:
     warnings = (
         ()
         if library.is_file()
-        else (f"there is no library; where a C compiler is, its first use makes it: {no_compiler()}",)
+        else (
+            f"the library is not compiled ({no_compiler()}); it is compiled at first use where there is a C compiler",
+        )
     )
     deliver((), warnings, "", lambda: summary(made, facts))
 
@@ -147,21 +149,21 @@ def model_build(model: str, out: Path | None = None) -> None:
 def summary(made: Made, facts: Facts) -> Iterator[RenderableType]:
     """What there is now, and how it is used."""
     folder, seconds = made
-    done = "was there already, in" if seconds is None else "is built in"
+    done = "was built before, in" if seconds is None else "is built in"
     after = "" if seconds is None else f", after {seconds:.1f} s"
     yield printable(f"{facts.name}: {facts.title}")
     yield f"The solver {done} {name_of(folder)}{after}. It can: {', '.join(facts.can)}."
-    yield f"{name_of(folder / 'EQUATIONS.md')} has its equations, {name_of(folder / 'robot.toml')} numbers to start from."
+    yield f"Its equations: {name_of(folder / 'EQUATIONS.md')}. Its default parameters: {name_of(folder / 'robot.toml')}."
 
 
 # ---- hopform model list ----
 
 
 def model_list(json: bool = False) -> None:
-    """List the solvers that there are, and the models that ship.
+    """List the solvers that are built, and the models that ship.
 
-    Solvers are the one that ships and those in the cache that `model build` made; `model build NAME` makes one of a model
-    that ships.
+    The hopper's solver ships; the others are those that `model build` put into the cache. `model build NAME` builds the
+    solver of a model that ships.
     """
     found = [entry(DEFAULT.facts, DEFAULT.folder.library, None)]
     found += [entry(facts_in(at / FACTS), folder_at(at).library, at) for at, _ in built_solvers()]

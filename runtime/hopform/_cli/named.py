@@ -34,4 +34,10 @@ def refusal(command: str) -> HopformError | None:
     if act is None or NAMED.get() is None:
         return None
     facts = facts_in_use()
-    return None if act in facts.can else facts.cannot(act)
+    if act in facts.can:
+        return None
+    if command == "equations":
+        return HopformError(
+            f"equations are those of the hopper's paper: `hopform model show` prints those of {facts.name}"
+        )
+    return facts.cannot(act)

@@ -34,9 +34,9 @@ TIME_CONSTANTS = 10.0
 def model_prove(model: str, json: bool = False) -> None:
     """Prove the formulas of a model.
 
-    Identities by algebra, each formula at 40 digits against the elements of the file, and the compiled library against
-    NumPy, of robots that are drawn and at the edges of their domains. Exit code 1 where one fails, which the table
-    names with its robot. The file is run as Python: read it first.
+    It checks identities by algebra, each formula at 40 digits against the elements of the file, and the compiled library
+    against NumPy, for random robots and for those at the edges of their domains. Exit code 1 if a check fails: the table
+    names the formula and the robot. This runs the file as Python: read it first.
     """
     prove = proofs()
     with in_one_line():

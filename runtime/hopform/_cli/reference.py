@@ -26,9 +26,9 @@ FORM = ".3g"
 
 
 def reference_list(json: bool = False) -> None:
-    """List the cases: what each is, and which formats can say it.
+    """List the cases: what each tests, and which formats express it.
 
-    Each has an exact answer: states, events, and derivatives by its parameters.
+    Each case has an exact answer: states, events, and derivatives by its parameters.
     """
     NAMED.set(None)  # of no solver
     found = reference.cases()
@@ -53,7 +53,7 @@ def row_of_list(case: reference.Case) -> Sequence[str]:
 def reference_write(folder: Path, json: bool = False) -> None:
     """Write the cases as files: JSON, MJCF and URDF.
 
-    README.md beside them explains the format. The files are CC0-1.0.
+    A README.md beside them explains the format. The files are CC0-1.0.
     """
     files = reference.write(folder)
     if json:
@@ -68,9 +68,9 @@ def reference_write(folder: Path, json: bool = False) -> None:
 def reference_score(function: str, case: list[str] | None = None, json: bool = False) -> None:
     """Score a simulator: errors of states, creep, events, derivatives.
 
-    FUNCTION takes a case and returns its states, as the help of `hopform.reference.score` says. It is called again with
-    changed numbers, whose central differences stand beside the exact derivatives. What it prints goes to the error
-    stream.
+    FUNCTION takes a case and returns its states, as the help of `hopform.reference.score` says. It is called again at
+    changed parameters, and its central differences are compared with the exact derivatives. What it prints goes to the
+    error stream.
     """
     NAMED.set(None)
     chosen, scores = reference.cases(case), list[reference.Score]()

@@ -39,10 +39,10 @@ def robots(
 def equations(
     number: str | None = None, json: bool = False, form: Form | None = None, claims: bool = False
 ) -> None:  # fmt: skip
-    """Show the paper's equations or its claims, each with a verdict.
+    """Show the paper's equations or claims, each with a verdict.
 
-    Each equation has where it is computed; with --as what follows from (3), (4) in its place, to paste. A claim has
-    numbers of the shipped robots.
+    An equation is shown as printed and as derived, with where it is computed; --as prints the derived formula, to paste.
+    A claim comes with its numbers for the shipped robots.
     """
     if form is not None and (json or claims):
         raise hopform.HopformError(f"{'--json' if json else '--claims'} and --as exclude each other")
@@ -90,7 +90,7 @@ def stance(
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Solve one stance: phases, events, ending, apex, energy ledger."""
+    """Solve a hopper's stance: phases, events, apex, energy ledger."""
     outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     hopper = robot_in_use(robot, values, "stance")
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
@@ -125,7 +125,7 @@ def control(
     dtype: Precision = Precision.float64, printed: bool = False,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Choose the current for a desired next apex, (25)-(27)."""
+    """Choose the current that reaches a desired apex, (25)-(27)."""
     outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws("command", robot, values, from_fit, draws, seed, TRIED if plot else 1)
     velocity = velocity_after_impact(hopper, height, v2)
@@ -156,9 +156,9 @@ def reach(
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Map the next apex over the apex before it, for all currents.
+    """Map the next apex over the last one, for all currents.
 
-    As Figs. 5, 11, with bounds, gaps, fixed points, and what can be held.
+    As in Figs. 5 and 11, with bounds, gaps, fixed points and the heights that a current can hold.
     """
     outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)

@@ -280,7 +280,7 @@ class BaseRobot:
 
     @cached_property
     def standing_height(self) -> float:
-        """Height [m] of the body where the leg carries nothing and x1 = 0: where a hop height of 0 is.
+        """Height [m] of the body on the unloaded leg at x1 = 0: where a hop height of 0 is.
 
         >>> load_robot("hopper_c").standing_height
         0.4

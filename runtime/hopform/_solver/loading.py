@@ -35,8 +35,7 @@ def loaded(name_or_folder: str | Path, shipped: Callable[[str], Path | None] = l
     """
     path = path_of("solver", name_or_folder)
     if path.suffix == ".py":
-        build = f"`hopform model build {name_of(path)}` makes its solver"
-        raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
+        raise HopformError(f"{name_of(path)} is a model file; build it first: hopform model build {name_of(path)}")
     if is_name(name_or_folder):
         return _of_name(str(name_or_folder), shipped)
     if os.path.isdir(path):

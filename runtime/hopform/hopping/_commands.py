@@ -38,35 +38,35 @@ def gains_of_return(text: str) -> tuple[float, float]:
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {},
-    "Robot and start": {"height": option("hop height of the drop", unit="m")},
+    "Robot and start": {"height": option("hop height from which the robot is dropped", unit="m")},
     "Ground": {
         "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),
-        "size": option("of the terrain: step, half width or standard deviation", unit="m"),
-        "hops": option("how often it meets the ground; 8, or the whole file, if left out", least=1, most=MOST_HOPS),
+        "size": option("size of the terrain: step, half width or standard deviation", unit="m"),
+        "hops": option("number of touchdowns; default: 8, or all heights of the file", least=1, most=MOST_HOPS),
     },
     "Current": {
-        "controller": option("what chooses the current"),
-        "h_des": option("hop height wanted, over the terrain's zero", unit="m"),
-        "gains": option("of the return in flight, for a pull Kp x1 + Kd v1; designed if left out",
+        "controller": option("controller of the current"),
+        "h_des": option("desired hop height, over the terrain's zero", unit="m"),
+        "gains": option("gains of the actuator's return in flight, Kp x1 + Kd v1; default: designed",
                         parser=gains_of_return, metavar="KP,KD"),
-        "model": option("the robot the controller believes in", metavar="NAME|FILE.toml"),
+        "model": option("the controller's model of the robot; default: the robot itself", metavar="NAME|FILE.toml"),
     },
     "Errors of sensors and motor": {
-        "noise_x1": option("standard deviation of the actuator as measured", unit="m"),
-        "noise_v1": option("of its velocity", unit="m/s"),
-        "noise_x2": option("of the body's height: of the apex before, and at the ticks of return-map", unit="m"),
-        "noise_v2": option("of the body's velocity", unit="m/s"),
-        "noise_ground": option("of the height of the ground", unit="m"),
-        "current_scale": option("current that flows over current asked for", unit="1"),
-        "quantum": option("touchdown is seen at the next tick of this clock", unit="s"),
-        "delay": option("and so much later", unit="s"),
-        "seed": option("of terrain, errors and draws", least=0, most=math.inf),
+        "noise_x1": option("standard deviation of the measured actuator position", unit="m"),
+        "noise_v1": option("standard deviation of the measured actuator velocity", unit="m/s"),
+        "noise_x2": option("standard deviation of the measured body height: of the last apex, and at the ticks of return-map", unit="m"),
+        "noise_v2": option("standard deviation of the measured body velocity", unit="m/s"),
+        "noise_ground": option("standard deviation of the measured ground height", unit="m"),
+        "current_scale": option("actual current over commanded current", unit="1"),
+        "quantum": option("period of the clock at whose ticks a touchdown is detected", unit="s"),
+        "delay": option("further delay of the detection", unit="s"),
+        "seed": option("seed of terrain, errors and draws", least=0, most=math.inf),
     },
     "Uncertainty of a fit": {},
     "Solver": {},
     "Output": {
         "hops_csv": option("write a table of the hops", metavar="FILE"),
-        "npz": option("write table and states for NumPy", metavar="FILE"),
+        "npz": option("write the table and the states over time for NumPy", metavar="FILE"),
     },
 }  # fmt: skip
 """Its options beside those that commands share."""
@@ -84,11 +84,11 @@ def hop(
     samples: int = 2000, json: bool = False, csv: str | None = None,
     hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Let the robot hop, over rough terrain and under a controller.
+    """Simulate hopping over rough terrain under a controller.
 
-    It is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of
-    heights. The controllers: constant (--u), exact (the energy-based feedforward), printed (the same as the paper
-    prints it), return-map (Hopper B's first one).
+    The robot is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV
+    file of heights. The controllers: constant (--u), exact (energy-based feedforward), printed (the same as the paper
+    prints it), return-map (the first controller of Hopper B).
     """
     solver = in_use()
     reads = [("--robot", solver.robot_file(robot)), ("--from-fit", from_fit), ("--model", solver.robot_file(model))]

@@ -630,7 +630,7 @@ def _known_run(task: _Task, start: State, u: float) -> Run | None:
 
 
 def _first_step(task: _Task, start: State) -> float:
-    """How far the first ground is above where a leg would stand in the air that carries nothing; 0 within rounding."""
+    """How far the first ground is above the foot of the unloaded leg [m]; 0 within rounding."""
     letters, rest = task.plant.letters, task.plant.compression_at_rest
     step = start.x1 - (start.x2 - task.grounds[0]) + letters.L0 + letters.c - rest
     return 0.0 if abs(step) <= TOUCHING_ULP * math.ulp(letters.L0) else step

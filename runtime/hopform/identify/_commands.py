@@ -49,68 +49,68 @@ def _refuse_kind(word: str) -> None:
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
-        "test": typer.Argument(help="the test; `hopform fit` takes a motion, of any model"),
+        "test": typer.Argument(help="test to record; motion is that of any model, for `hopform fit`"),
         "kind": typer.Argument(
-            metavar="{drop|all|check}", help="drops, or all that was recorded of a robot; check says what they could tell",
+            metavar="{drop|all|check}", help="drop: drops only; all: all recordings of a robot; check: what they can identify",
         ),
         "files": typer.Argument(
-            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
+            metavar="FILES", help="CSV files; with `all` or `check` each may be ROLE:FILE, of drop|free|decay|step|air"
         ),
-        "fit.files": typer.Argument(metavar="FILES", help="CSV; columns are named as the model's coordinates and input"),
+        "fit.files": typer.Argument(metavar="FILES", help="CSV files; columns are named after the model's coordinates and input"),
     },
     "Robot and start": {
-        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m", need="identify"),
-        "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
+        "record.height": option("hop height of a drop, default: 0.2; initial deflection of a decay, default: 0.04", unit="m", need="identify"),
+        "record.start": option("of a motion: initial value of a coordinate or velocity; default: 0; repeatable",
                                metavar="NAME=VALUE"),
     },
     "Input": {
-        "record.u": option("of a motion: the input, in its unit; constant", unit="the input's unit", need="input"),
-        "record.u_steps": option("of a motion: the input, in its unit; in steps, times in s", unit="the input's unit", steps=True, need="input"),
-        "record.chirp": option("of a motion: the input, a sine from one frequency [Hz] to another", metavar="SIZE:FIRST:LAST",
+        "record.u": option("of a motion: the input, in its unit: a constant", unit="the input's unit", need="input"),
+        "record.u_steps": option("of a motion: the input, in its unit: steps, U from time T [s] on", unit="the input's unit", steps=True, need="input"),
+        "record.chirp": option("of a motion: the input, a sine sweep from one frequency [Hz] to another", metavar="SIZE:FIRST:LAST",
                                need="input"),
-        "record.control_rate": option("of a model with a law: the rate of the controller that sets the current", unit="Hz",
+        "record.control_rate": option("of a model with a law: sampling rate of the controller", unit="Hz",
                                       need="input"),
-        "record.dead_time": option("how much later each current of the controller acts", unit="s", need="input"),
+        "record.dead_time": option("dead time of the controller: delay of each current", unit="s", need="input"),
     },
     "Experiment": {
-        "duration": option("how long; 2 if left out", unit="s"),
-        "rate": option("samples per second", unit="Hz"),
-        "record.noise": option("standard deviation of the position's noise, in its unit", unit="the position's unit"),
-        "record.quantum": option("step of the encoder, in that unit; 0 for none", unit="the position's unit"),
-        "current": option("largest current; the largest up to u_max that fits if left out", unit="A", need="identify"),
-        "hold": option("stillness at first; 0.2 if left out", unit="s", need="identify"),
-        "record.added_mass": option("mass that the body carries beside its own", unit="kg", need="identify"),
-        "added_mass": option("[kg] what was added to what moves, one per file; an inertia in kg m^2", metavar="M,M,..."),
-        "repeats": option("drops or decays in the recording", least=1, need="identify"),
-        "free_stroke": option("on a rig without stops, whose spring's travel has no limit", need="identify"),
-        "record.seed": option("of the noise", least=0, most=math.inf),
-        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record", need="identify"),
-        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH", need="identify"),
+        "duration": option("duration of the recording; default: 2", unit="s"),
+        "rate": option("sampling rate", unit="Hz"),
+        "record.noise": option("standard deviation of the measured position, in its unit", unit="the position's unit"),
+        "record.quantum": option("resolution of the encoder, in the position's unit; 0: none", unit="the position's unit"),
+        "current": option("largest current; default: the largest up to u_max that fits into the stroke", unit="A", need="identify"),
+        "hold": option("time at rest before the test; default: 0.2", unit="s", need="identify"),
+        "record.added_mass": option("mass added to the body", unit="kg", need="identify"),
+        "added_mass": option("[kg] mass added to the moving part, one per file; of a rotation the inertia in kg m^2", metavar="M,M,..."),
+        "repeats": option("number of drops or decays in the recording", least=1, need="identify"),
+        "free_stroke": option("the rig has no stops and no limit of the spring's travel", need="identify"),
+        "record.seed": option("seed of the noise", least=0, most=math.inf),
+        "plan": option("show the intervals to expect of a fit, in place of the recording; of all: which tests to record", need="identify"),
+        "ranges": option("range of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH", need="identify"),
     },
     "Fit": {
-        "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
-        "record.known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE", need="identify"),
-        "fitted": option("what is fitted; all that is not known if left out, but for stops and limits",
+        "known": option("value of a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
+        "record.known": option("value of a known parameter, in SI units; repeatable", metavar="NAME=VALUE", need="identify"),
+        "fitted": option("parameters to fit; default: all that are not known, except stops and limits",
                          metavar="NAME,NAME,..."),
-        "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
-                            "default is taken", metavar="NAME=VALUE|NAME"),
-        "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
-        "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
-        "sine": option("the spring of an angle is gravity's sine"),
-        "in_force": option("fit the equation of motion itself, for a recording in closed loop"),
-        "identify.free": option("the actuator is free: it moves under the recorded current, within its stops"),
-        "gain": option("fit the gain of each position's sensor"),
-        "clock": option("fit the speed of the recording's clock"),
-        "lag": option("fit a first-order lag of each position's sensor"),
-        "loss": option("linear, or against outliers soft_l1, huber, cauchy"),
+        "fit.known": option("value of a known parameter, in SI units, or the fitted parameter that it equals; repeatable; "
+                            "the others keep their default", metavar="NAME=VALUE|NAME"),
+        "near": option("initial guess of a fitted parameter; repeatable", metavar="NAME=VALUE"),
+        "fit.rate": option("of a model with a law: sampling rate of the controller", unit="Hz"),
+        "sine": option("the restoring torque is that of a pendulum, K sin(angle), not of a spring"),
+        "in_force": option("linear fit of the equation of motion, for a recording in closed loop"),
+        "identify.free": option("the actuator was free to move under the recorded current, within its stops"),
+        "gain": option("fit the gain of each position sensor"),
+        "clock": option("fit the rate of the recording's clock"),
+        "lag": option("fit a first-order lag of each position sensor"),
+        "loss": option("loss function: linear, or soft_l1, huber or cauchy against outliers"),
     },
     "Uncertainty of a fit": {},
     "Solver": {},
     "Output": {
-        "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
-        "fit.out": option("write the model's robot as TOML, or its file for a simulator", metavar="FILE"),
+        "out": option("write the robot as TOML; parameters that are not fitted are those of --robot", metavar="FILE"),
+        "fit.out": option("write the fitted parameters as TOML, or the file of --export", metavar="FILE"),
         "report": option("write a report with plots: .md or .html", metavar="FILE"),
-        "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
+        "export": option("write for a simulator, to --out or standard output: armature, damping, frictionloss, gear"),
     },
 }  # fmt: skip
 """Their options beside those that commands share."""
@@ -378,10 +378,10 @@ def identify(
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Identify a robot from CSV recordings.
+    """Identify a hopper's parameters from CSV recordings.
 
-    They are drops, or all that was recorded of it. Any other mechanism, a cart, an axis, a joint: hopform --solver slide
-    fit.
+    The recordings are drops, or drops, decays, step responses and motions in the air together. For any other mechanism,
+    such as a cart, an axis or a joint: hopform --solver slide fit.
     """
     _refuse_kind(kind)
     if free and kind != "drop":
@@ -407,9 +407,10 @@ def record(
     seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
-    """Make a synthetic recording of a robot, to plan experiments with.
+    """Simulate a recording with noise, to plan experiments.
 
-    It is as a lab would record it. motion is that of any model from --start under --u, for `hopform fit`.
+    The recording has the columns, noise and resolution of one from a lab. motion is that of any model from --start under
+    --u, for `hopform fit`.
     """
     outputs = Outputs(csv=csv or "-", reads=[("--robot", in_use().robot_file(robot))])
     every, any_model = str(test) == "all", str(test) == synthetic.MOTION

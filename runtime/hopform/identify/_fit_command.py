@@ -36,8 +36,8 @@ def fit(
 ) -> None:  # fmt: skip
     """Fit the parameters of any model to CSV recordings of its motion.
 
-    The model may be a joint, a cart, a pendulum. Columns are named as the model's coordinates and input, each with its
-    unit, as in time_s,q_rad,i_A.
+    The model may be a joint, a cart or a pendulum. Columns are named after the model's coordinates and input, each with
+    its unit, as in time_s,q_rad,i_A.
     """
     check_fit_outputs([("the recording", each) for each in files], json, out, export, report, plot)
     names = None if fitted is None else [each.strip() for each in fitted.split(",")]

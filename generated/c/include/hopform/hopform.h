@@ -8,7 +8,7 @@
  *     x1 [m] displacement of the actuator
  *     v1 [m/s] velocity of the actuator
  *     v2 [m/s] velocity of the body
- *     y [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing
+ *     y [m] L0 + c + x1 - x2: spring deflection, from its free length
  *
  * Every type and function exists in single precision (_f32) and in double precision (_f64).
  *

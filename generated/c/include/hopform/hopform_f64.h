@@ -74,7 +74,7 @@ typedef struct {
     double x1;  /**< [m] displacement of the actuator */
     double v1;  /**< [m/s] velocity of the actuator */
     double v2;  /**< [m/s] velocity of the body */
-    double y;   /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
+    double y;   /**< [m] L0 + c + x1 - x2: spring deflection, from its free length */
 } hopform_state_f64;
 
 /** The energy of the body with its spring, (22), (23), and of the whole robot. */
@@ -165,7 +165,7 @@ typedef struct {
     double x1; /**< [m] displacement of the actuator */
     double v1; /**< [m/s] velocity of the actuator */
     double v2; /**< [m/s] velocity of the body */
-    double y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
+    double y; /**< [m] L0 + c + x1 - x2: spring deflection, from its free length */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
     int8_t event; /**< HOPFORM_EVENT_..., what started it; HOPFORM_IS_EVENT tells events */
     uint16_t step; /**< index of the step of the input */
@@ -282,7 +282,7 @@ typedef struct {
     int8_t spare; /**< 0 */
 } hopform_flight_phase_f64;
 
-/** A flight, solved. In its states y is that of a leg that stands on the ground ahead. */
+/** A flight, solved. In its states y is counted from the ground ahead. */
 typedef struct {
     hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
     hopform_state_f64 start; /**< as given */
@@ -294,7 +294,7 @@ typedef struct {
     double apex_time; /**< [s] */
     double impact_loss; /**< [J] energy lost at the impact, negative */
     double start_loss; /**< [J] energy lost at a stop at t = 0, negative */
-    double leg_loss; /**< [J] energy lost by a damper in the leg, which carries nothing, negative */
+    double leg_loss; /**< [J] energy lost by a damper in the unloaded leg, negative */
     int32_t ending; /**< HOPFORM_FLIGHT_... */
     int32_t phase_count; /**< phases of the flight, kept or not */
     int32_t phases_kept; /**< phases in the caller's buffer */
@@ -362,7 +362,7 @@ typedef struct {
     hopform_output_f64 x2; /**< [m] height of the body over the ground under the foot */
     hopform_output_f64 v2; /**< [m/s] velocity of the body */
     hopform_output_f64 v2_after; /**< [m/s] velocity of the body after the impact */
-    hopform_output_f64 y; /**< [m] compression of the leg at the ending: of one that stands on the ground ahead */
+    hopform_output_f64 y; /**< [m] compression of the leg at the ending, counted from the ground ahead */
     hopform_output_f64 apex; /**< [m] highest hop height of the body over the ground ahead */
     hopform_output_f64 apex_time; /**< [s] */
     hopform_output_f64 impact_loss; /**< [J] energy lost at the impact, negative */
@@ -424,7 +424,7 @@ typedef struct {
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
-    hopform_input_f64 y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
+    hopform_input_f64 y; /**< [m] L0 + c + x1 - x2: spring deflection, from its free length */
     hopform_input_f64 u; /**< [A] current */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;
@@ -443,7 +443,7 @@ typedef struct {
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
-    hopform_input_f64 y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
+    hopform_input_f64 y; /**< [m] L0 + c + x1 - x2: spring deflection, from its free length */
     hopform_input_f64 ground; /**< [m] height of the ground ahead over that which was left */
     hopform_input_f64 gains[2]; /**< Kp, Kd; NULL, both, for those of hopform_design_return */
     hopform_input_f64 horizon; /**< [s] */

@@ -40,7 +40,7 @@ static bool one_command(void) {
 static void at_takeoff(const hardware_reading *now) {
     hopform_state_f32 start = now->state;
     const hopform_command_f32 none = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
-    const float released = 0.0f; /* the compression at which the leg carries nothing */
+    const float released = 0.0f; /* the compression of the unloaded leg */
     const float seen = start.y; /* below that: a tick late, the foot is above the ground */
     const float ground = seen < released ? seen - released : 0.0f;
     start.y = released;
