@@ -23,7 +23,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from hopform._checks import shown
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
 from hopform._export import Wanted, check_new, sources
 from hopform._files import write_folder
 from hopform._motion import force_unit, layout_of, masses_of
@@ -321,13 +321,16 @@ def compiled(solver: Solver, files: dict[str, str], binaries: Sequence[str]) -> 
         for name, text in files.items():
             (root / name).parent.mkdir(parents=True, exist_ok=True)
             (root / name).write_text(text, "utf-8", newline="\n")
+        if not binaries and own is None:
+            say_it_has_no_binary(f"{sysconfig.get_platform()} is none of {', '.join(BINARIES)}")
         for platform in binaries or ([own] if own else []):
             target, suffix = BINARIES[platform]
             try:
                 command = build.compiler() if platform == own else zig(platform, target)
-            except build.NoCompiler:
-                if binaries:
-                    raise
+            except build.LibraryNotBuilt as error:
+                if binaries or not isinstance(error, build.NoCompiler):
+                    raise HopformError(error.args[0]) from None
+                say_it_has_no_binary(error.args[0])
                 return
             library = root / f"{solver.name}{suffix}"
             flags = [flag for flag in build.plan(_facts(solver)).flags if not flag.startswith("-fvisibility")]
@@ -345,6 +348,12 @@ def compiled(solver: Solver, files: dict[str, str], binaries: Sequence[str]) -> 
                 first = next((line for line in said.splitlines() if "error" in line), f"exit code {error.returncode}")
                 raise HopformError(f"{command[0]} does not compile the FMU for {platform}: {first}") from error
             yield f"binaries/{platform}/{library.name}", library.read_bytes()
+
+
+def say_it_has_no_binary(why: str) -> None:
+    """That the FMU has sources alone, which an importer has to compile."""
+    if sys.stderr is not None:
+        print(printable(f"hopform: the FMU has sources, and no binary: {why}"), file=sys.stderr)
 
 
 def _facts(solver: Solver) -> Path:
