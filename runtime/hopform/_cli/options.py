@@ -128,7 +128,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Robot and start": {
         "robot": option("a TOML file, or a name from `hopform robots`; default: its first", metavar="NAME|FILE.toml"),
         "values": option("set a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
-        "export.robot": option("write it as robot.h, and a program for a board", metavar="NAME|FILE.toml"),
+        "export.robot": option("write it as robot.h, with a program for a board; of an FMU the starts", metavar="NAME|FILE.toml"),
         "height": option("hop height from which the robot is dropped; or give --v2", unit="m"),
         "v2": option("velocity of the body after the impact, < 0 downwards", unit="m/s"),
         "x1": option("displacement of the actuator at touchdown", unit="m"),
