@@ -58,8 +58,8 @@ WORDS_OF_ENDINGS = {
     "takeoff": "takes off after",
     "rest": "comes to rest after",
     "horizon": "still moves after",
-    "too_many_phases": "has had the allowed number of phases after",
-    "uncertified": "is certified up to",
+    "too_many_phases": "reaches the limit of phases after",
+    "uncertified": "is certified only up to",
 }
 """What a motion does at its ending."""
 DOUBLE = np.dtype(np.float64)

@@ -134,7 +134,7 @@ class Stance(Motion):
         ('touchdown', 0.3313)
         """
         if self.takeoff is None:
-            raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
+            raise HopformError(f"a flight needs a take-off, but the stance ended by {self.status!r}")
         x1, v1, _, v2 = map(float, self.takeoff)
         how: dict[str, Any] = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
         return solve_flight(self.robot, x1=x1, v1=v1, v2=v2, step=step, compression=self.end_compression, **how)
@@ -405,7 +405,7 @@ def steps_of(robot: Robot, u: Current) -> Steps:
         return ((0.0, finite("u", u, unit)),)
     allowed = f"a number in {unit} or steps (t, u)"
     if callable(u) or getattr_static(u, "law", None):
-        law = "; a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
+        law = "; simulate takes a law from a controller, as controllers.Sampled(period, law)"
         raise HopformError(f"u must be {allowed}{law if 'hop' in robot.solver.can else ''}, got {shown(u)}")
     steps: list[tuple[float, float]] = []
     for number, step in enumerate(items("u", u, allowed, records.MOST_STEPS)):

@@ -170,7 +170,7 @@ def test_a_robot_of_any_name_survives_its_toml_and_its_file(name, description, f
     [
         ({"name": 3}, "name must be a text, got 3"),
         ({"description": None}, "description must be a text, got None"),
-        ({"name": "R\udcfcck"}, r"name must be a text that UTF-8 holds, got 'R\udcfcck'"),
+        ({"name": "R\udcfcck"}, r"name must be text that UTF-8 can encode, got 'R\udcfcck'"),
     ],
 )
 def test_a_name_that_no_file_holds_is_refused(change, message):

@@ -311,7 +311,7 @@ def test_warnings_are_those_that_mean_something(joint):
     onto = joint.solve_motion(robot, start={Q: 0.2}, u=6.0)
     assert onto.warnings == (
         "i = 6.0 A is above its limit, 4.0 A",
-        "i = 6.0 A pushes the joint onto the stop at 0.2 on which it rests",
+        "i = 6.0 A pushes the joint against the stop at 0.2 on which it rests",
     )
     assert joint.solve_motion(robot, start={Q: -0.1}, u=3.0).warnings == ()
 
