@@ -380,7 +380,9 @@ def start_of(
         start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start
     if x2 is not None and compression is not None:
-        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
+        raise HopformError(
+            f"give either x2 or compression, got x2 = {shown(x2)} and compression = {shown(compression)}"
+        )
     height = None if x2 is None else finite("x2", x2, "m")
     rest = robot.compression_at_rest
     L0, c = robot.letters.L0, robot.letters.c
@@ -390,7 +392,7 @@ def start_of(
     if y < 0.0:
         highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
-        raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
+        raise HopformError(f"{what} (a contact cannot pull), got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)
 
 
