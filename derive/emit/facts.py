@@ -40,9 +40,9 @@ CHOOSING = ("command", "reach")
 IDENTIFY = "identify"
 """What is of the paper's equations alone."""
 
-LACKS_CONTACT = "no contact()"
-LACKS_INPUT = "no current()"
-LACKS_EQUATIONS = "other equations of motion than the hopper"
+LACKS_CONTACT = "a contact()"
+LACKS_INPUT = "a current()"
+LACKS_EQUATIONS = "the equations of motion of the hopper"
 
 MASS_OF = {Q.viscous_1: 0, Q.coulomb_1: 0, Q.STOP_LOSS.symbol: 0, Q.viscous_2: 1, Q.coulomb_2: 1}
 """The entries of the ledger that belong to a mass, by its index."""
@@ -85,7 +85,7 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
 
 
 def _lacks(model: Model) -> Iterator[tuple[str, str]]:
-    """What the model cannot do, and why: what follows "the model has"."""
+    """What the model cannot do, and what it lacks for that."""
     if not model.has_contact:
         yield from ((act, LACKS_CONTACT) for act in (*STANDING, *CHOOSING, IDENTIFY))
         return
@@ -93,7 +93,7 @@ def _lacks(model: Model) -> Iterator[tuple[str, str]]:
         yield from ((act, LACKS_INPUT) for act in CHOOSING)
     if not model.is_of_the_paper:
         changed = " and ".join(force.meaning for force in model.further)
-        yield IDENTIFY, f"{LACKS_EQUATIONS}{f' (adds {changed})' if changed else ''}"
+        yield IDENTIFY, f"{LACKS_EQUATIONS}{f', to which it adds {changed}' if changed else ''}"
 
 
 def abilities(known: Mapping[str, Any]) -> Iterator[str]:
@@ -105,7 +105,8 @@ def abilities(known: Mapping[str, Any]) -> Iterator[str]:
         acts = [act for act, own in known["lacks"].items() if own == why]
         *others, last = [act for act in acts if act in STANDING] or acts
         listed = f"{', '.join(others)} or {last}" if others else last
-        yield f"No {listed}: the model has {why}."
+        has_not = f"has no {why[2:]}" if why.startswith("a ") else f"does not have {why}"
+        yield f"No {listed}: the model {has_not}."
 
 
 def element_of(model: Model, parameter: Quantity) -> str:

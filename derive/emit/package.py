@@ -11,11 +11,11 @@ from .facts import shown
 from .sources import Part, Solver
 
 LEDGERS = {
-    "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
+    "Ledger": """Energy ledger since touchdown: energy that each term has added [J]; losses are negative.
 
     {sums}
     """,
-    "FlightLedger": """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
+    "FlightLedger": """Energy ledger of the actuator since take-off: energy that each term has added [J]; losses are negative.
 
     The sum is the change of H.
     """,

@@ -178,7 +178,7 @@ class FixedPoint:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Reachability(Shown):
-    """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
+    """The reachable apexes of the next hop. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
 
     apex (H, U): the next apex [m], NaN without take-off. admissible (H, U): takes off, and x1 < x1_max - stop_margin
     throughout; what takes off and is not admissible is limited by the stroke. lowest, highest (H,): the least and the
@@ -423,7 +423,7 @@ def choose_current_as_printed(
     spring_coordinate: bool = False,
     horizon: SupportsFloat = 2.0,
 ) -> PrintedCommand:
-    """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of equals the least
+    """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of several the least
     |u|.
 
     half: the factor 1/2 of (26); signed: the step's sign in place of its absolute value; spring_coordinate: the terms

@@ -130,7 +130,7 @@ def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, t
 
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
     for line in (["record", "drop"], ["identify", "drop", "drop.csv"]):
-        assert "no identification: the model leg_damper has other equations of motion" in refused(
+        assert "no identification: the model leg_damper does not have the equations of motion of the hopper" in refused(
             "--solver", folder, *line
         )
 

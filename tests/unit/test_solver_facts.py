@@ -97,7 +97,7 @@ def test_what_a_model_can_follows_from_its_elements():
     assert [*abilities(joint)][1:] == ["No stance, flight or hop: the model has no contact()."]
     assert all("contact" not in known and "flight" not in known for known in (rig, joint))
     alone = facts(model_of(BODY), "", {})
-    assert alone["can"] == [*every, *standing] and alone["lacks"]["command"] == "no current()"
+    assert alone["can"] == [*every, *standing] and alone["lacks"]["command"] == "a current()"
     assert [*abilities(alone)][1].startswith("No command or reach: the model has no current().")
 
 

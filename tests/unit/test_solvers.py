@@ -204,8 +204,8 @@ def test_the_shipped_robots_are_those_of_a_solver_with_their_parameters(leg, str
 
 def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(store, tmp_path, damped, leg):
     """A folder whose facts say what derive says of a rig: what it can is read, not found out."""
-    lacking = 'can = ["motion"]\n\n[lacks]\nstance = "no contact"\nhop = "no body that flies"\n'
-    lacking += 'flight = "no body that flies"\ncommand = "no body that flies"\nreach = "no body that flies"\n'
+    lacking = 'can = ["motion"]\n\n[lacks]\nstance = "a contact"\nhop = "a body that flies"\n'
+    lacking += 'flight = "a body that flies"\ncommand = "a body that flies"\nreach = "a body that flies"\n'
     facts = (built(store, "stranger") / "solver.toml").read_text("utf-8")
     begin, end = facts.index("can = "), facts.index("[build]")
     folder = edited(built(store, "stranger"), tmp_path / "rig", "solver.toml", facts[begin:end], lacking + "\n")

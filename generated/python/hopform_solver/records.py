@@ -1191,7 +1191,7 @@ class Start(NamedTuple):
 
 
 class Ledger(NamedTuple, Generic[Value]):
-    """Where energy came from and went to since touchdown, signed as it enters, [J].
+    """Energy ledger since touchdown: energy that each term has added [J]; losses are negative.
 
     All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED.
     """
@@ -1215,7 +1215,7 @@ class Ledger(NamedTuple, Generic[Value]):
 
 
 class FlightLedger(NamedTuple, Generic[Value]):
-    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
+    """Energy ledger of the actuator since take-off: energy that each term has added [J]; losses are negative.
 
     The sum is the change of H.
     """

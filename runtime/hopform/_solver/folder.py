@@ -102,12 +102,13 @@ class Facts:
         """The error about what the model cannot do, one of ACTS, with what else the same lack rules out; of what needs a
         stance that is not listed beside it, but for the act.
         """
-        why = self.lacks.get(act, "not all that it needs")
+        why = self.lacks.get(act, "what that needs")
         same = [each for each in ACTS if each == act or self.lacks.get(each) == why]
         shown = [each for each in same if each in (*STANDING, act)] if {*STANDING} & {*same} else same
         *others, last = (ACTS[each] for each in shown)
         listed = f"{', '.join(others)} or {last}" if others else last
-        return HopformError(f"no {listed}: the model {self.name} has {why}")
+        has_not = f"has no {why[2:]}" if why.startswith("a ") else f"does not have {why}"
+        return HopformError(f"no {listed}: the model {self.name} {has_not}")
 
     @cached_property
     def directions(self) -> tuple[tuple[str, str], ...]:

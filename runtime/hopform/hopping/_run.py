@@ -78,14 +78,13 @@ def _robot_or_none(name: str, value: object) -> Robot | None:
 
 @dataclass(frozen=True)
 class Errors(Checked):
-    """Errors of sensors, motor and model. Standard deviations of what it measures, and what is wrong in the
-    machine.
+    """Errors of sensors, motor and model: standard deviations of measurements, and faults of the machine.
 
-    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and
-    at those ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is
-    asked for, in stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and
-    so much later; until then no current flows, and the controller does not know. model: the robot that the controller
-    believes in.
+    x1 [m], v1, v2 [m/s]: standard deviations of the measured state at touchdown and at the ticks of a sampled law;
+    x2 [m]: that of the last apex, and at those ticks; ground [m]: that of the ground's height. current_scale: actual
+    current over commanded current, in stance and in flight. quantum [s]: period of the clock at whose ticks a touchdown
+    is detected; delay [s]: further delay of the detection. Until then no current flows, and the controller does not know
+    of the touchdown. model: the controller's model of the robot, the robot itself if None.
     """
 
     x1: float = field(default=0.0, metadata=by(finite, "m", 0.0))

@@ -144,7 +144,7 @@ def delayed_apex(
     compression: SupportsFloat | None = None,
     before: SupportsFloat = 0.0,
 ) -> tuple[float, float]:
-    """Apex [m] where the current u [A] comes a delay [s] after touchdown, and its error: less the apex with u at once.
+    """Apex [m] where the current u [A] comes a delay [s] after touchdown, and its difference from the apex with u at once.
 
     before [A]: the current until then. x1, v1, v2, compression: the state at touchdown, after the impact. Exact, one
     stance each; NaN without take-off.
