@@ -145,7 +145,9 @@ def test_the_metadata_have_each_licence_with_their_texts_and_no_address(wheel):
     folder = f"hopform-{told['Version']}.dist-info/licenses/"
     with zipfile.ZipFile(wheel) as archive:
         first = [archive.read(folder + name).split(b"\n")[0] for name in told.get_all("License-File")]
-    assert first == [b"MIT License", b"MIT No Attribution", b"Creative Commons Legal Code", b"BSD 2-Clause License"]
+    assert first == [
+        b"MIT License", b"MIT No Attribution", b"BSD 2-Clause License", b"Creative Commons Legal Code",
+    ]  # fmt: skip
     assert [
         key for key in told if key.lower() in {"project-url", "home-page", "author-email", "maintainer-email"}
     ] == []
