@@ -78,7 +78,9 @@ class Derivation(Mode):
             if wanted == set(each.name.split(", ")):
                 return each
         allowed = ", ".join(repr(each.name) for each in self.modes)
-        raise ModelError(f"a mode of {self.model.name} is one of {allowed}, what is held in it, got {name!r}")
+        raise ModelError(
+            f"a mode of {self.model.name} is named by the masses that are held, one of {allowed}, got {name!r}"
+        )
 
 
 @cache

@@ -172,8 +172,12 @@ class ModeFormulas:
         known = [*self._by_name, *groups]
         near = difflib.get_close_matches(name, known, 1)
         numbers = ", (1) to (27)" if self.model.is_of_the_paper else ""
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(groups)}, their formulas{numbers}"
-        raise ModelError(f"{self._called} has no formula {name!r}: {hint}")
+        hint = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"known: the groups {', '.join(groups)}, and the names of their formulas{numbers}"
+        )
+        raise ModelError(f"{self._called} has no formula {name!r}; {hint}")
 
     def _group(self, group: str) -> dict[str, sp.Expr]:
         return {each.name: each.value for each in self.formulas if each.group == group}

@@ -31,7 +31,7 @@ NOTES = {
 """What a page says of a group of formulas."""
 GUARDS = {
     "takeoff": "the contact force falls to 0",
-    "reverses": "its velocity is 0, and its acceleration without friction is beyond the friction at rest",
+    "reverses": "its velocity is 0, and its free acceleration exceeds the friction at rest",
     "sticks": "its velocity is 0, and friction holds it",
     "slips": "its stick margin falls to 0",
     "hits_stop": "it meets a stop and loses its velocity",

@@ -45,8 +45,8 @@ GROUPS = {
     "states": "The state over time",
     "energies": "Energies, and the power of each force",
     "works": "The work of each force over a phase",
-    "control": "What a controller asks",
-    "event_functions": "Functions whose first zero ends a phase",
+    "control": "Quantities of the controller",
+    "event_functions": "Event functions: the first zero ends a phase",
 }
 """The groups of formulas in their order, and what each holds."""
 
@@ -114,23 +114,23 @@ _OWN = _STARTS | _named(
     ("force_2", "Q_2", "N", "generalised force on the body, beside the Lagrangian"),
     ("acc_1", r"\ddot{x}_1", "m/s^2", "acceleration of the actuator"),
     ("acc_2", r"\ddot{x}_2", "m/s^2", "acceleration of the body"),
-    ("beta_1", r"\beta_1", "m/s", "terms in s of what the actuator starts with: its velocity, and its position times its damping"),
-    ("beta", r"\beta", "m/s", "terms in s of what the body starts with: its velocity, and its position times its damping"),
-    ("lambda_2", r"\lambda_2", "m/s^2", "constant acceleration of the actuator where all coordinates are 0"),
-    ("gamma", r"\gamma", "m/s^2", "constant acceleration of the body where all coordinates are 0, against its coordinate"),
+    ("beta_1", r"\beta_1", "m/s", "initial conditions of the actuator in its transform: velocity, and position times damping"),
+    ("beta", r"\beta", "m/s", "initial conditions of the body in its transform: velocity, and position times damping"),
+    ("lambda_2", r"\lambda_2", "m/s^2", "constant part of the acceleration of the actuator"),
+    ("gamma", r"\gamma", "m/s^2", "constant part of the acceleration of the body, with its sign reversed"),
     ("X1", "X_1(s)", "m s", "transform of the actuator's displacement"),
     ("X2", "X_2(s)", "m s", "transform of the body's height"),
     ("X1_by_X2", r"X_1(s)\vert_{2}", "m s", "transform of the actuator's displacement, by that of the body's height"),
     ("X2_by_X1", r"X_2(s)\vert_{1}", "m s", "transform of the body's height, by that of the actuator's displacement"),
-    ("Z", "Z(s)", "m s", "what the body adds to the transform of the actuator's displacement"),
+    ("Z", "Z(s)", "m s", "contribution of the body to the transform of the actuator's displacement"),
     ("X1_by_u", "G_1(s)", "m/A", "transfer function from the input to the actuator's displacement"),
     ("X2_by_u", "G_2(s)", "m/A", "transfer function from the input to the body's height"),
-    ("apart", "z", "1/s", "how far the real pole is from the mean of the three"),
-    ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles, which ring where it is below 0"),
-    ("w", r"\omega", "1/s", "root of the size of the discriminant"),
-    ("slow", "r", "1/s", "rate of the slower one of a pair of real poles; read where the pair does not ring"),
+    ("apart", "z", "1/s", "distance of the real pole from the mean of the three"),
+    ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles; < 0: underdamped"),
+    ("w", r"\omega", "1/s", "square root of the magnitude of the discriminant"),
+    ("slow", "r", "1/s", "rate of the slower pole of an overdamped pair"),
     ("slow1", r"\int e^{-rt}", "s", "integral of exp(-r t)"),
-    ("slow2", r"\iint e^{-rt}", "s^2", "integral of that"),
+    ("slow2", r"\iint e^{-rt}", "s^2", "double integral of exp(-r t)"),
     ("y_0", "y(0)", "m", "spring deflection at t = 0, from its free length"),
     ("x1_split", "x_1(t)", "m", "displacement of the actuator at time t, by its partial fractions"),
     ("x2_split", "x_2(t)", "m", "height of the body at time t, by its partial fractions"),
@@ -138,22 +138,22 @@ _OWN = _STARTS | _named(
     ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
     ("x2_t", "x_2(t)", "m", "height of the body at time t"),
     ("v2_t", r"\dot{x}_2(t)", "m/s", "velocity of the body at time t"),
-    ("x1_braking", r"a_{1,\text{rest}}", "m/s^2", "what brings the actuator to rest: it comes to rest if this is > 0, or the poles ring"),
-    ("x2_braking", r"a_{2,\text{rest}}", "m/s^2", "what brings the body to rest: it comes to rest if this is > 0, or the poles ring"),
-    ("x1_time_to_rest", r"t_{1,\text{rest}}", "s", "time after which the actuator's velocity is 0 for the first time, if it comes to rest"),
-    ("x2_time_to_rest", r"t_{2,\text{rest}}", "s", "time after which the body's velocity is 0 for the first time, if it comes to rest"),
+    ("x1_braking", r"a_{1,\text{rest}}", "m/s^2", "braking criterion of the actuator: it comes to rest if this is > 0 or the poles are underdamped"),
+    ("x2_braking", r"a_{2,\text{rest}}", "m/s^2", "braking criterion of the body: it comes to rest if this is > 0 or the poles are underdamped"),
+    ("x1_time_to_rest", r"t_{1,\text{rest}}", "s", "first time at which the actuator's velocity is 0, if it comes to rest"),
+    ("x2_time_to_rest", r"t_{2,\text{rest}}", "s", "first time at which the body's velocity is 0, if it comes to rest"),
     ("aed_power", r"\dot{U}_{delta}", "W", "rate of the body's energy, the integrand of the analytical energy delta"),
-    ("aed_work", "U_{delta}", "J", "analytical energy delta: what the body's energy gains over a phase, to time t in it"),
+    ("aed_work", "U_{delta}", "J", "analytical energy delta: change of the body's energy from the start of the phase to time t"),
     ("E_td", "E_{td}", "J", "energy of the body at touchdown, after the impact"),
     ("E_dist", "E_{dist}", "J", "energy of a step in the ground"),
     ("E_spring", "E_{spring}", "J", "energy of height and spring that (27) leaves out as printed"),
     ("contact_force", "N", "N", "contact force of the leg: the foot takes off where it falls to 0"),
     ("target", "q_{target}", "m", "target of the law"),
-    ("asked", "u_{law}", "A", "current that the law asks for, and sets within its limit"),
+    ("asked", "u_{law}", "A", "current that the law demands, before the limit"),
     ("p_law", "p_K", "1/s", "under the law: sum of the rates of the poles"),
     ("q_law", "q_K", "1/s^2", "under the law: product of the rates of the poles"),
-    ("room_up", r"g_{u,\text{up}}", "A", "room of the law below its upper limit, which it leaves where this is 0"),
-    ("room_down", r"g_{u,\text{down}}", "A", "room of the law above its lower limit, which it leaves where this is 0"),
+    ("room_up", r"g_{u,\text{up}}", "A", "distance of the demanded current to the upper limit; the current saturates where this is 0"),
+    ("room_down", r"g_{u,\text{down}}", "A", "distance of the demanded current to the lower limit; the current saturates where this is 0"),
 )  # fmt: skip
 for _n, _unit in ((4, "m/s"), (3, "m/s^2"), (2, "m/s^3"), (1, "m/s^4")):
     for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
@@ -928,20 +928,20 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
             n,
             "velocity",
             velocity,
-            f"velocity of the {named.thing}, which reverses or sticks where it is 0",
+            f"velocity of the {named.thing}, which reverses or sticks at a zero",
             "m/s",
         )
         if has_friction:
             meaning = f"Coulomb level: friction of the {element.name} in motion over its inertia"
             yield Formula(replace(level, glyph=rf"f_{{{n},0}}", meaning=meaning), model.levels[n - 1], group)
         yield Formula(acceleration, sp.expand(alone), group)
-        at_rest = f"{'friction at rest' if has_friction else '0'} less the free acceleration to that side"
+        at_rest = f"{'friction at rest' if has_friction else '0'} minus the free acceleration that way"
         for way, sign, excess, direction in zip(
             ("forward", "backward"), (-1, 1), model.excesses[n - 1], named.directions, strict=True
         ):
             side = way if way == direction else f"{way} ({direction})"
             meaning = (
-                f"stick margin of the {named.thing}, held, {side}: {at_rest}; it slips there where this falls to 0"
+                f"stick margin of the held {named.thing}, {side}: {at_rest}; it slips that way where this falls to 0"
             )
             level_left = level.symbol + excess if has_friction else sp.S.Zero
             margin = level_left + sign * acceleration.symbol
@@ -949,7 +949,7 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
             for which, distance in ((which, away) for which, end, away in ends if model.declares(end)):
-                meaning = f"distance of the {named.thing} from its {which} stop, which it meets where this is 0"
+                meaning = f"distance of the {named.thing} from its {which} stop, which it hits where this is 0"
                 yield _event(model, n, f"{which}_stop", distance, meaning, "m")
 
 

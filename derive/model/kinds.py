@@ -70,10 +70,10 @@ COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "comm
 )
 ENDINGS = Kind("How a stance ended.", "Ending", "ENDINGS", "ending_").of(
     Word(1, "takeoff", "the contact force returned to zero with the leg extending", of_contact=True),
-    Word(2, "rest", "all that may move is held and nothing can change"),
-    Word(3, "horizon", "the longest time was reached"),
-    Word(4, "too_many_phases", "the cap on phases was reached"),
-    Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
+    Word(2, "rest", "every mass is held, and nothing changes any more"),
+    Word(3, "horizon", "the time limit, horizon, was reached"),
+    Word(4, "too_many_phases", "the limit of phases was reached"),
+    Word(5, "uncertified", "the search met its bound: the motion is certified up to here"),
 )
 EVENTS = Kind("What starts a phase: the events of a stance.", "EventKind", "EVENTS", "event_").of(
     Word(1, "x1_reverses", "the actuator reverses"),
@@ -95,8 +95,8 @@ BEGINNINGS = Kind("What starts a phase and is no event of a stance.", "Beginning
 FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "flight_", of_contact=True).of(
     Word(1, "touchdown", "the foot has met the ground from above"),
     Word(2, "tripped", "the foot never got above the ground ahead"),
-    Word(3, "horizon", "the longest time was reached"),
-    Word(4, "too_many_phases", "the cap on phases was reached"),
+    Word(3, "horizon", "the time limit, horizon, was reached"),
+    Word(4, "too_many_phases", "the limit of phases was reached"),
 )
 RUN_ENDINGS = Kind("How a run of hops ended.", "RunEnding", "RUN_ENDINGS", "run_", of_contact=True).of(
     Word(1, "completed", "all of its hops are solved"),

@@ -223,7 +223,7 @@ function readRobot(bytes, facts) {
   try {
     text = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
   } catch {
-    throw new Error("the file is no text in UTF-8");
+    throw new Error("the file is not text in UTF-8");
   }
   const found = {}, fields = new Map(facts.fields.map((field) => [field.name, field.default]));
   for (const [name, { value, line }] of tablesOf(text)) {

@@ -434,8 +434,8 @@ def _solved(
     robot.
     """
     if "x2" in inputs and "y" in inputs:
-        both = " and ".join(shown(inputs[axis]) for axis in ("x2", "y"))
-        raise HopformError(f"either {names['x2']} or {names['y']} may be given, got {names['x2']} = {both}")
+        both = " and ".join(f"{names[axis]} = {shown(inputs[axis])}" for axis in ("x2", "y"))
+        raise HopformError(f"give either {names['x2']} or {names['y']}, got {both}")
     units, of_axes = units_of(robot.solver)
     further = NO_DIMS if how.u_times is None else {"u": how.further[0]}
     plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, units, further)
@@ -657,9 +657,9 @@ def _compression(robot: Robot, what: str, given: dict[str, Column], robots: Any)
     y = np.asarray(given["y"], float) if height is None else compression_of(robot, place, height, robots)
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     if height is None:
-        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")
+        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m (a contact cannot pull), got {bad!r}")
     else:
         highest = float(np.max(place + (L0 + c - rest), initial=-math.inf))
-        allowed = f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls"
+        allowed = f"must be <= x1 + L0 + c, at most {highest!r} m (a contact cannot pull)"
         refuse_any("x2", height, y >= 0.0, lambda bad: f"{allowed}, got {bad!r}")
     return y

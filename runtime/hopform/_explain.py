@@ -19,7 +19,7 @@ from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, 
 from hopform._solver.package import LegState, Precision, Steps
 from hopform._words import change_of_limit, limit_in, modes_of
 
-MONOTONE = "monotone, so its end says all"
+MONOTONE = "monotone: its end decides"
 SIGNS, QUIET = "rule 2, signs", "rule 5, quiet time"
 RULES = {
     "has_no_root_by_bernstein": "rule 1, Bernstein coefficients",
@@ -35,8 +35,8 @@ FIRST_ROOM = 1024
 """Notes that are kept at first; hardly any stance has more."""
 
 NOTE = (
-    "Proven by the theorems of rules 1 to 5: no zero is stepped over, for poles and rates as they are rounded.",
-    "Measured, not proven: what counts as above zero. docs/explanation/certificate.md has the bound and its figures.",
+    "Proven by the theorems of rules 1 to 5: no zero is missed, for the poles and rates as rounded.",
+    "Measured, not proven: the rounding-error bound above which a value is positive (docs/explanation/certificate.md).",
 )
 
 
@@ -250,7 +250,7 @@ def kind_of(event: int, motion: Motion) -> str:
     if beginning == "step":
         return f"a step of {facts.inputs[0]['name']}"
     if beginning == "none":
-        return "a touch, which is no event"
+        return "a grazing contact, which is no event"
     return change_of_limit(facts.currents[0]["name"], beginning == "u_saturates")
 
 
@@ -263,12 +263,12 @@ def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Searc
     yield f"Phase {number}, {phase.start:.5g} to {phase.end:.5g} s: {modes}; then {kind}"
     if search is None or not search.functions:
         moves = any((phase.mode_1, phase.mode_2)[mass.number - 1] for mass in masses_of(solver))
-        yield "  two events at the same time" if moves else "  nothing moves, so that nothing is searched"
+        yield "  two events at the same time" if moves else "  nothing moves: no event to search for"
         return
     half = f"half a period is {search.half_period:.4g} s" if search.half_period < math.inf else "all real"
     cuts = f"; {search.cuts} interval{'s' * (search.cuts > 1)} cut" if search.cuts else ""
     yield f"  poles [1/s]: {', '.join(poles_in_words(search.poles))}; {half}{cuts}"
-    rows = [("event function", "start", "end", "no earlier zero, by")]
+    rows = [("event function", "start", "end", "no earlier zero, shown by")]
     functions = (in_names(function, stance) for function in search.functions)
     rows += [row for function in functions for row in rows_of(function, phase.start)]
     widths = [max(len(row[column]) for row in rows) for column in range(3)]

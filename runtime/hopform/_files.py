@@ -61,7 +61,7 @@ def read_text(path: Path, most: int = LARGEST) -> str:
     """The text of a file of at most `most` bytes; HopformError says why it cannot be read."""
     with _possible(path, "read"), open(path, "rb", opener=_at_once) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise HopformError(f"{name_of(path)} cannot be read: it is no regular file")
+            raise HopformError(f"{name_of(path)} cannot be read: it is not a regular file")
         raw = file.read(most + 1)
     if len(raw) > most:
         raise HopformError(f"{name_of(path)} cannot be read: it has more than {most} bytes")
@@ -70,16 +70,16 @@ def read_text(path: Path, most: int = LARGEST) -> str:
     except UnicodeDecodeError as error:
         line, byte = raw.count(b"\n", 0, error.start) + 1, raw[error.start]
         got = f"got a byte {byte:#04x}: save it in UTF-8"
-        raise HopformError(f"{name_of(path)}, line {line}: is no text in UTF-8, {got}") from None
+        raise HopformError(f"{name_of(path)}, line {line}: is not text in UTF-8, {got}") from None
 
 
 def rows_of(text: str, source: str, separator: str = ",") -> list[tuple[int, list[str]]]:
-    """The rows of a CSV text that are not blank, each with its line; HopformError for what is no CSV."""
+    """The rows of a CSV text that are not blank, each with its line; HopformError for what is not a CSV."""
     reader = csv.reader(io.StringIO(text, newline=None), delimiter=separator)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
     except csv.Error as error:
-        raise HopformError(f"{source}, line {reader.line_num}: is no CSV: {error}") from None
+        raise HopformError(f"{source}, line {reader.line_num}: is not a CSV: {error}") from None
 
 
 def read_rows(path: object) -> tuple[str, list[tuple[int, list[str]]]]:
@@ -125,7 +125,7 @@ def check_writable(path: Path) -> None:
         if target.is_dir():
             raise HopformError(f"{name_of(path)} cannot be written: it is a folder")
         if target.exists() and not os.access(target, os.W_OK):
-            raise HopformError(f"{name_of(path)} cannot be written: it is protected against that")
+            raise HopformError(f"{name_of(path)} cannot be written: it is write-protected")
         if not path.parent.is_dir():
             raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(path.parent)}")
         if not target.exists() or target.is_file():

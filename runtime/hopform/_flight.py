@@ -280,7 +280,7 @@ def _start(
     L0, c = robot.letters.L0, robot.letters.c
     if step is not None:
         if x2 is not None:
-            raise HopformError(f"either x2 or step may be given, got x2 = {shown(x2)} and {shown(step)}")
+            raise HopformError(f"give either x2 or step, got x2 = {shown(x2)} and step = {shown(step)}")
         return records.LegState(x_1, v_1, v_2, y), finite("step", step, "m")
     ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + L0 + c - robot.compression_at_rest - y
     return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(L0) else ground

@@ -193,7 +193,7 @@ def _beginning(
     begins = [name for name, value in (("height", height), ("start", start), ("v2", v2)) if value is not None]
     if len(begins) != 1:
         got = f"height = {shown(height)}, start = {shown(start)}, v2 = {shown(v2)}"
-        raise HopformError(f"one of height, start and v2 must be given, got {got}")
+        raise HopformError(f"give one of height, start and v2, got {got}")
     of_touchdown = {"x1": x1, "v1": v1, "compression": compression}
     if begins[0] == "v2":
         return {"v2": v2, **of_touchdown}
@@ -315,7 +315,7 @@ def _states(
     touching = TOUCHING_ULP * np.spacing(np.abs(letters.L0))
     if "v2" in columns:
         y = np.where(np.abs(columns["compression"]) <= touching, 0.0, columns["compression"])
-        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")
+        refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m (a contact cannot pull), got {bad!r}")
         return (columns["x1"], columns["v1"], columns["v2"], y), 0.0
     if "height" in columns:
         x1: Column = np.minimum(np.maximum(0.0, letters.x1_min), letters.x1_max)

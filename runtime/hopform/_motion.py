@@ -58,8 +58,8 @@ WORDS_OF_ENDINGS = {
     "takeoff": "takes off after",
     "rest": "comes to rest after",
     "horizon": "still moves after",
-    "too_many_phases": "has had the allowed number of phases after",
-    "uncertified": "is certified up to",
+    "too_many_phases": "reaches the limit of phases after",
+    "uncertified": "is certified only up to",
 }
 """What a motion does at its ending."""
 DOUBLE = np.dtype(np.float64)
@@ -702,7 +702,7 @@ def free_start(
     x_1, v_1, v_2 = placed(robot, act, x1, v1, v2)
     if x2 is not None and y is not None:
         first, second = (robot.solver.facts.axes[axis]["name"] for axis in ("x2", "y"))
-        raise HopformError(f"either {first} or {second} may be given, got {first} = {x2!r} and {y!r}")
+        raise HopformError(f"give either {first} or {second}, got {first} = {x2!r} and {second} = {y!r}")
     return records.LegState(x_1, v_1, v_2, float(compression_of(robot, x_1, x2 or 0.0)) if y is None else y)
 
 
@@ -741,7 +741,7 @@ def uniform_times(
 ) -> tuple[NDArray[np.floating], float]:
     """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
     if (count is None) == (dt is None):
-        raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
+        raise HopformError(f"give either count or dt, got count = {shown(count)}, dt = {shown(dt)}")
     if dt is None:
         number = checks.count("count", count, EACH)
         step = duration / (number - 1) if number > 1 else 0.0

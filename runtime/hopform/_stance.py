@@ -134,7 +134,7 @@ class Stance(Motion):
         ('touchdown', 0.3313)
         """
         if self.takeoff is None:
-            raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
+            raise HopformError(f"a flight needs a take-off, but the stance ended by {self.status!r}")
         x1, v1, _, v2 = map(float, self.takeoff)
         how: dict[str, Any] = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
         return solve_flight(self.robot, x1=x1, v1=v1, v2=v2, step=step, compression=self.end_compression, **how)
@@ -380,7 +380,9 @@ def start_of(
         start: records.LegState = tuple_of(records.LegState, (x_1, v_1, v_2, 0.0))
         return start
     if x2 is not None and compression is not None:
-        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
+        raise HopformError(
+            f"give either x2 or compression, got x2 = {shown(x2)} and compression = {shown(compression)}"
+        )
     height = None if x2 is None else finite("x2", x2, "m")
     rest = robot.compression_at_rest
     L0, c = robot.letters.L0, robot.letters.c
@@ -390,7 +392,7 @@ def start_of(
     if y < 0.0:
         highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
-        raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
+        raise HopformError(f"{what} (a contact cannot pull), got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)
 
 
@@ -405,7 +407,7 @@ def steps_of(robot: Robot, u: Current) -> Steps:
         return ((0.0, finite("u", u, unit)),)
     allowed = f"a number in {unit} or steps (t, u)"
     if callable(u) or getattr_static(u, "law", None):
-        law = "; a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
+        law = "; simulate takes a law from a controller, as controllers.Sampled(period, law)"
         raise HopformError(f"u must be {allowed}{law if 'hop' in robot.solver.can else ''}, got {shown(u)}")
     steps: list[tuple[float, float]] = []
     for number, step in enumerate(items("u", u, allowed, records.MOST_STEPS)):

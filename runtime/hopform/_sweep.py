@@ -67,7 +67,7 @@ def sweep(
             single[name] = array
     drop = axes.pop("height", None)
     if stands and (drop is None) == ("v2" not in axes):
-        raise HopformError(f"either height or v2 must be given, got {'neither' if drop is None else 'both'}")
+        raise HopformError(f"give either height or v2, got {'neither' if drop is None else 'both'}")
     if drop is not None:
         given = np.asarray(drop)
         refuse_any("height", given, given >= 0.0, lambda bad: f"must be >= 0 m, got {bad!r}")

@@ -17,7 +17,7 @@ class Warning(NamedTuple):
     text: str
 
 
-RESTS = "u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"
+RESTS = "u = {u!r} A pushes the actuator against the stop {stop} on which it rests"
 RISES = Warning((("y", "==", 0.0), ("v2", ">", 0.0)), "the body moves up at touchdown, v2 = {v2!r} m/s")
 """A start from N = 0 at which the body rises: no fall leads there, so the sign of v2 may be wrong."""
 
@@ -52,7 +52,7 @@ MOTION_WARNINGS = (
     *(
         Warning(
             (("held", "==", 1.0), ("position", "==", stop), ("push", sign, 0.0), ("lower", "<", "upper")),
-            "{input} = {u!r} {unit} pushes the {mass} onto the stop at {position!r} on which it rests",
+            "{input} = {u!r} {unit} pushes the {mass} against the stop at {position!r} on which it rests",
         )
         for stop, sign in (("upper", ">"), ("lower", "<"))
     ),

@@ -197,7 +197,7 @@ class _Problem:
         check_names(map(str, values), self.names, "motion", inputs)
         drives = sorted(name for name in values if self.names[name] == "input")
         if len(drives) > 1:
-            raise HopformError(f"the input must be given once, got it as {' and as '.join(drives)}")
+            raise HopformError(f"give the input once, got it as {' and as '.join(drives)}")
         for name, value in values.items():
             shape = self.shape_of(name)
             if np.shape(value) != shape:

@@ -105,7 +105,7 @@ def test_what_a_robot_cannot_do_is_a_warning(hopper_c):
     up = hopform.solve_stance(hopper_c, v2=0.1, v1=0.2)
     assert up.warnings == ("the body moves up at touchdown, v2 = 0.1 m/s",)
     pushed = hopform.solve_stance(hopper_c, v2=-1.0, u=-1.0)
-    assert pushed.warnings == ("u = -1.0 A pushes the actuator onto the stop x1_min on which it rests",)
+    assert pushed.warnings == ("u = -1.0 A pushes the actuator against the stop x1_min on which it rests",)
     assert hopform.solve_stance(hopper_c, v2=-1.0, u=-1.0, x1=0.01).warnings == ()
     assert hopform.solve_stance(hopform.load_robot("ideal"), v2=-1.0, u=-1.0).warnings == (), "locked is exempt"
     deep = hopform.solve_stance(hopform.Robot(m_eff=25.0, m_s=3.0, k=100.0, L0=0.4), v2=-4.0)

@@ -334,7 +334,7 @@ STATES = (
 
 @browser
 @pytest.mark.parametrize("state", STATES, ids=str)
-@pytest.mark.parametrize("width", [390, 768, 1280])
+@pytest.mark.parametrize("width", [320, 390, 768, 1280])
 def test_nothing_is_wider_than_the_window(page, driver, width, state):
     """Of a telephone, a tablet and a screen, the controls open: nothing scrolls sideways, no table is cut, and legends
     stay in their pictures.

@@ -295,7 +295,7 @@ def test_a_wheel_gives_the_first_number_within_20_s_of_a_processor_and_the_diges
     first = stranger("stance", "--robot", "hopper_c", "--height", "0.20", "--u", "3")
     assert spent() - begin < 20.0
     assert "takes off after 188.13 ms" in first
-    assert "no earlier zero, by" in stranger("stance", "--robot", "hopper_c", "--height", "0.20", "--explain")
+    assert "no earlier zero, shown by" in stranger("stance", "--robot", "hopper_c", "--height", "0.20", "--explain")
     digests = json.loads((ROOT / "tests/repository/gate/record.json").read_text("utf-8"))["selftest"]
     assert [line.split()[-1] for line in stranger("selftest").splitlines()] == [digests["f32"], digests["f64"]]
 

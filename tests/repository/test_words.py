@@ -71,6 +71,16 @@ COINED = {
     "spread is the interval": "repeatability of the rig",
     "interval of their mean": "standard deviation of the values",
     "intervals of their mean": "standard deviation of the values",
+    "from where it carries nothing": "spring deflection, from its free length",
+    "hops on after": "hops completed",
+    "cannot stance": "no stance: the model has no contact()",
+    "programs are run": "runs its code",
+    "is no parameter that is": "unknown parameter, free ones are",
+    "less its prediction": "energy balance residual",
+    "held sets": "modes",
+    "so its end says all": "monotone: its end decides",
+    "or the spring pulls": "a contact cannot pull",
+    "and so much later": "further delay",
 }
 """Each word that went, and the field's word for it."""
 

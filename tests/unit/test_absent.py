@@ -298,4 +298,4 @@ def test_a_motion_has_the_columns_and_entries_of_what_is_declared(store, name, m
     assert all(of_ledger.count(label) == 1 for label in labels)
     assert ("E [J]" in of_ledger) == ("AED" in of_ledger) == (axis == "v2")
     explained = motion.explain()
-    assert ("monotone, so its end says all" in explained) == bool(stops or axis == "v2")
+    assert ("monotone: its end decides" in explained) == bool(stops or axis == "v2")

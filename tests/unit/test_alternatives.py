@@ -54,7 +54,7 @@ def test_what_the_residuals_show_more_of_than_noise_leaves_no_interval():
     _, fit = drawn("decay", "drag", 4)
     assert fit.traces[0].tests.white
     assert all(math.isinf(each.high) for each in fit.estimates)
-    assert any("white, and show more of the motion than noise would" in each for each in fit.warnings)
+    assert any("white, but they contain more of the motion than noise would" in each for each in fit.warnings)
     assert not any("drag" in each for each in fit.warnings)
 
 

@@ -54,10 +54,13 @@ def test_a_robot_refuses_what_is_out_of_its_domain(changes, message):
         ({"v2": NAN}, "v2 must be finite m/s, got nan"),
         ({"v2": "fast"}, "v2 must be a number in m/s, got 'fast'"),
         ({"v2": -1.0, "x1": 0.09}, "x1 must be within its stroke 0.0 .. 0.08 m, got 0.09"),
-        ({"v2": -1.0, "x2": 0.5}, "x2 must be <= x1 + L0 + c = 0.4 m, or the spring pulls, got 0.5"),
-        ({"v2": -1.0, "compression": -0.1}, "compression must be >= 0 m, or the spring pulls, got -0.1"),
+        ({"v2": -1.0, "x2": 0.5}, "x2 must be <= x1 + L0 + c = 0.4 m (a contact cannot pull), got 0.5"),
+        ({"v2": -1.0, "compression": -0.1}, "compression must be >= 0 m (a contact cannot pull), got -0.1"),
         ({"v2": -1.0, "compression": NAN}, "compression must be finite m, got nan"),
-        ({"v2": -1.0, "x2": 0.3, "compression": 0.1}, "either x2 or compression may be given, got x2 = 0.3 and 0.1"),
+        (
+            {"v2": -1.0, "x2": 0.3, "compression": 0.1},
+            "give either x2 or compression, got x2 = 0.3 and compression = 0.1",
+        ),
         ({"v2": -1.0, "u": INF}, "u must be finite A, got inf"),
         ({"v2": -1.0, "u": []}, "u must be a number in A or steps (t, u), at least one, got no step"),
         ({"v2": -1.0, "u": [(0.1, 1.0)]}, "u must start at t = 0 s, got 0.1"),
@@ -170,7 +173,7 @@ def test_a_robot_of_any_name_survives_its_toml_and_its_file(name, description, f
     [
         ({"name": 3}, "name must be a text, got 3"),
         ({"description": None}, "description must be a text, got None"),
-        ({"name": "R\udcfcck"}, r"name must be a text that UTF-8 holds, got 'R\udcfcck'"),
+        ({"name": "R\udcfcck"}, r"name must be text that UTF-8 can encode, got 'R\udcfcck'"),
     ],
 )
 def test_a_name_that_no_file_holds_is_refused(change, message):

@@ -124,10 +124,10 @@ def test_a_table_and_a_picture_show_the_bands_and_what_was_not_identified(ask, t
     path = tmp_path / "picture.svg"
     code, output, errors = ask(identified(white=False), *command, "--plot", path)
     assert code == 0
-    assert "not white: bands do not cover the error of its model" in errors
+    assert "not white: the bands do not cover the error of its model" in errors
     assert "95 %" in output
     assert "drawn from the fit of k, b2, f1, L0, impact_loss" in output
-    assert "Not identified, so alike in all: m_eff, c, b1, f2," in output
+    assert "Not identified, so equal in all: m_eff, c, b1, f2," in output
     bare = tmp_path / "bare.svg"
     assert cli.main([*command, "--plot", str(bare)]) == 0
     magenta = "#a6257a"

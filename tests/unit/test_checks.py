@@ -92,7 +92,7 @@ def test_poor_recordings_are_named():
     assert any("one direction" in each for each in said)
     drop = record(HOPPER, "drop", seed=1)
     drop.columns["x2"].values[[400, 500, 600]] += 0.05
-    assert any("3 samples are far off" in each for each in check({"drop": [drop]}, {"m_s": 3.0}).warnings)
+    assert any("3 samples are outliers" in each for each in check({"drop": [drop]}, {"m_s": 3.0}).warnings)
     small = record(HOPPER, "decay", height=0.04, noise=5e-4, quantum=0.0, seed=1)
     assert any("times its noise" in each for each in check({"decay": [small]}, {"m_s": 3.0}).warnings)
 

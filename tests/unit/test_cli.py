@@ -593,8 +593,11 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
             "there is no terrain 'hills'; known: flat, steps, uniform, gaussian",
         ),
         (("hop", "--height", "0.2", "--size", "-0.1", "--terrain", "gaussian"), "size must be >= 0 m"),
-        (("hop", "--height", "0.2", "--controller", "exact"), "--h-des goes with every controller but constant"),
-        (("hop", "--height", "0.2", "--h-des", "0.2"), "--h-des goes with every controller but constant"),
+        (("hop", "--height", "0.2", "--controller", "exact"), "the controller exact needs --h-des"),
+        (
+            ("hop", "--height", "0.2", "--h-des", "0.2"),
+            "--h-des goes with the controllers exact, printed and return-map",
+        ),
         (("hop", "--height", "0.2", "--controller", "exact", "--h-des", "-0.1"), "h_des must not lie below the ground"),
         (
             ("hop", "--height", "0.2", "--controller", "exact", "--h-des", "0.2", "--u", "1"),

@@ -64,7 +64,7 @@ def test_reach_prints_bounds_holds_and_fixed_points(run):
     assert code == 0
     assert "Next apex" in output
     assert "25.227" in output
-    assert "settles" in output
+    assert " stable" in output
 
 
 @pytest.mark.parametrize("arguments", [ASK, (*ASK, "--stop-margin", "0.05"), MAP, (*MAP, "--stop-margin", "0.05")])

@@ -178,7 +178,7 @@ def test_a_target_of_another_run_is_asked_about_by_its_column(servo):
     fit = hopform.identify.fit(servo, other, fitted=["J"], known=known, rate=400.0, **ALONE)
     with pytest.raises(HopformError, match=r"log.csv, line \d+, column 'position_rad': the fit explains") as error:
         refuse_no_fit(fit, [seen_by(servo.Robot.solver, other)], ())
-    assert "are position_rad and goal_rad of one run, each in its column with its sign" in str(error.value)
+    assert "are position_rad and goal_rad from the same run, each in its column with its sign" in str(error.value)
 
 
 @pytest.mark.sliced
@@ -237,11 +237,11 @@ def changed(recording: Recording, **columns: Any) -> Recording:
     [
         ({"known": {"F_m": "F_p"}}, "known: the law has the gains K_p and K_d, of which K_p and K_d must be given"),
         ({"known": {**KNOWN, "K_d": "F_p"}}, "known: the law has the gains K_p and K_d, of which K_d must be given"),
-        ({"rate": None}, "rate: the rate of the controller is needed, .* log.csv was logged at 400 Hz"),
+        ({"rate": None}, "rate: give the sampling rate of the controller, .* log.csv was logged at 400 Hz"),
         ({"rate": 200.0}, "rate must be at least that of the log, 400 Hz in log.csv, got 200 Hz"),
         ({"rate": -1.0}, "rate must be > 0 Hz"),
         ({"sine": True}, "sine: gravity's sine is no term of a fit under a law; the model servo has one"),
-        ({"known": {**KNOWN, "K_p": 0.0}}, "its proportional gain must be > 0"),
+        ({"known": {**KNOWN, "K_p": 0.0}}, "the proportional gain of the law must be > 0"),
     ],
 )
 def test_what_a_closed_loop_lacks_is_refused_by_name(servo, how, said):
@@ -257,7 +257,7 @@ def test_a_log_without_a_usable_target_is_refused_with_its_columns(servo):
     cases = {
         "no column is the target of the law: name it target, goal, command or setpoint": changed(recording, goal=None),
         "is constant at 0.2 rad": changed(recording, goal=still),
-        "must be in rad: the model's target is": changed(recording, goal=goal._replace(quantity="length")),
+        "must be in rad, as target of the model": changed(recording, goal=goal._replace(quantity="length")),
     }
     for said, each in cases.items():
         with pytest.raises(HopformError, match=said):

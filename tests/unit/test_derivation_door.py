@@ -302,7 +302,7 @@ def test_every_documented_example_of_the_derivation_runs():
 def test_the_door_says_what_is_wrong(tmp_path):
     with pytest.raises(ModelError, match=f"there is no model file .*nothing; models that ship: {THAT_SHIP}$"):
         derive(tmp_path / "nothing")
-    with pytest.raises(ModelError, match=r"hopper has no formula 'H22': did you mean H2_2\?"):
+    with pytest.raises(ModelError, match=r"hopper has no formula 'H22'; did you mean H2_2\?"):
         derivation_of("hopper").show("H22")
     with pytest.raises(ModelError, match=r"hardening.py: line 4: spring .*changes with x1, x2; the Laplace"):
         derive(no_hopper(tmp_path, "hardening"))
@@ -317,7 +317,7 @@ def test_the_door_says_what_is_wrong(tmp_path):
         (["model", "show", "nothing"], f"whose name ends in .py, or one of {THAT_SHIP}, got 'nothing'"),
         (["model", "show", "nothing.py"], "nothing.py cannot be read: No such file"),
         (["model", "show", "undeclared.py"], "damping is k_emf, and k_emf is not declared"),
-        (["model", "show", "hopper", "--as", "numpy", "--f32"], "--f32 is for --as c"),
+        (["model", "show", "hopper", "--as", "numpy", "--f32"], "--f32 goes with --as c"),
         (["equations", "14", "--as", "c", "--json"], "exclude each other"),
         (["equations", "28", "--as", "c"], "known: (1) to (27)"),
     ],

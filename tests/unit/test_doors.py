@@ -229,7 +229,7 @@ def test_a_long_field_is_no_csv(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time_s,x2_m\n0," + "1" * 131073)
     for read in (hopform.identify.read_recording, hopform.hopping.terrain.read):
-        with pytest.raises(hopform.HopformError, match="is no CSV: field larger than field limit"):
+        with pytest.raises(hopform.HopformError, match="is not a CSV: field larger than field limit"):
             read(path)
 
 
@@ -243,7 +243,7 @@ def test_lines_are_counted_as_an_editor_counts_them(tmp_path):
 def test_what_is_read_is_a_regular_file_of_a_limited_size(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "large").write_bytes(b"0" * (LARGEST + 1))
-    for name, said in (("pipe", "no regular file"), ("large", "more than"), (".", "folder|directory|regular")):
+    for name, said in (("pipe", "not a regular file"), ("large", "more than"), (".", "folder|directory|regular")):
         with pytest.raises(hopform.HopformError, match=said):
             read_text(tmp_path / name)
 

@@ -127,7 +127,7 @@ def test_a_pendulum_is_fitted_by_gravity_s_sine(call, tmp_path):
         (("--known", "J=1", "--known", "J=2"), "--known: 'J' is given twice"),
         (("--known", "J=-1"), "J must be > 0 kg m^2, got -1.0"),
         (("--known", "mass=1"), "known: joint has no parameter 'mass'; it has J, k"),
-        (("--known", "F_m=F_q"), "known: F_m = 'F_q', which is no fitted parameter; these are J, k"),
+        (("--known", "F_m=F_q"), "known: F_m = 'F_q' names no fitted parameter; fitted are J, k"),
         (("--near", "J=F_p"), "--near takes NAME=VALUE in SI units, as in J=0.1, got 'J=F_p'"),
         (("--loss", "square"), "loss must be one of linear, soft_l1, huber, cauchy, got 'square'"),
         (("--json", "--export", "mjcf"), "--json and --export both print; give --export a file by --out"),
@@ -149,8 +149,8 @@ def test_a_log_of_another_rig_is_refused_with_its_line(call, log, tmp_path):
     path.write_text("\n".join([lines[0], *moved]), "utf-8")
     code, text, errors = call("fit", path, *FITTED, "--out", out)
     assert (code, text, errors.count("\n")) == (2, "", 1) and not out.exists()
-    assert "mixed.csv, line " in errors and "column 'q_rad'" in errors and "less than 96 % is no fit" in errors
-    assert "are q_rad and i_A of one run, each in its column" in errors
+    assert "mixed.csv, line " in errors and "column 'q_rad'" in errors and "a fit needs 96 %" in errors
+    assert "are q_rad and i_A from the same run, each in its column" in errors
     assert "does it reach a stop, which --known q_min=... or q_max=... gives" in errors
 
 

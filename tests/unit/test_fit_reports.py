@@ -109,11 +109,11 @@ def test_a_plan_is_printed_and_a_range_that_is_none_is_refused(capsys, monkeypat
     text = capsys.readouterr().out
     assert "What to record" in text and "current" in text and "air" in text
     said = " ".join(text.split())
-    assert "those of a fit if the model explains your rig; if it does not, a fit gives none" in said
-    assert "taken as weighed or measured, without an error: m_s = 3 kg, m_eff = 25 kg; give your own by --known" in said
+    assert "these intervals hold if the model explains your rig; if it does not, a fit gives none" in said
+    assert "taken as known without an error: m_s = 3 kg, m_eff = 25 kg; give your own by --known" in said
     for words, said in {
-        "record all": "are for a plan", "record step --plan --ranges k=1:2": "are for a plan",
-        "record all --plan --ranges k=2:1": "takes name=low:high", "record all --plan --ranges x=1:2": "must name parameters",
+        "record all": "go with --plan", "record step --plan --ranges k=1:2": "go with --plan",
+        "record all --plan --ranges k=2:1": "takes NAME=LOW:HIGH", "record all --plan --ranges x=1:2": "must name parameters",
     }.items():  # fmt: skip
         assert cli.main(words.split()) == 2
         assert said in capsys.readouterr().err

@@ -127,8 +127,8 @@ def test_the_states_go_into_arrays_of_the_caller():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({}, "either count or dt"),
-        ({"count": 3, "dt": 0.1}, "either count or dt"),
+        ({}, "give either count or dt"),
+        ({"count": 3, "dt": 0.1}, "give either count or dt"),
         ({"count": 0}, "count must be a whole number >= 1, got 0"),
         ({"count": 2.5}, "count must be a whole number >= 1, got 2.5"),
         ({"dt": -1.0}, "dt must be > 0 s, got -1.0"),

@@ -316,7 +316,7 @@ def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
     ("arguments", "words"),
     [
         (("--known", "m_s"), "--known takes NAME=VALUE in SI units, as in m_eff=0.1, got"),
-        (("--known", "mass=3"), "no parameter 'mass'"),
+        (("--known", "mass=3"), "unknown parameter 'mass'"),
         (("--added-mass", "1,2"), "2 masses for 1 files"),
         (("--loss", "square"), "loss must be"),
         (("--report", "report.pdf"), ".md or .html"),

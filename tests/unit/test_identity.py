@@ -100,4 +100,4 @@ def test_it_is_the_strangers_solver_that_answers(store, tmp_path, capsys):
     mine.write_text('model = "hopper"\nm_eff = 1.0\n')
     line = f"stance --v2 -1 --robot {mine}"
     done = said(tmp_path, line, capsys, "--solver", str(built(store, "stranger")))
-    assert done.code == 2 and "of the model 'hopper', the solver of 'stranger'" in done.errors
+    assert done.code == 2 and "of the model 'hopper', the solver is that of 'stranger'" in done.errors

@@ -424,7 +424,7 @@ def test_names_and_shapes_are_checked_when_a_function_is_called_or_traced(jax, j
         ({"F_P": 1.0}, "did you mean 'F_p'?"),
         ({"b": np.ones(3)}, f"b must be a number{many} (3,)"),
         ({"u": 1.0}, f"u must be an array of shape (3,), a number for each of u_times{many} ()"),
-        ({"u": np.ones(3), "i": np.ones(3)}, "the input must be given once, got it as i and as u"),
+        ({"u": np.ones(3), "i": np.ones(3)}, "give the input once, got it as i and as u"),
         ({0: 1.0}, "0"),
         ([1.0], "x must be a mapping of names to values, got ["),
     ):

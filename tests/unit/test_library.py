@@ -89,7 +89,7 @@ def cut_short(library: Path) -> str:
     """As by a full disk or a killed copy: where such a file is loaded, a signal ends the process."""
     copied(library)
     library.write_bytes(OWN.read_bytes()[:5000])
-    return f"the compiled library {library.name} is damaged: its SHA-256 is not the one in {library.stem}.sha256; reinstall"
+    return f"the compiled library {library.name} is damaged: its SHA-256 differs from that in {library.stem}.sha256; reinstall"
 
 
 def killed(library: Path) -> str:
@@ -194,7 +194,7 @@ def test_notes_that_are_missing_or_of_other_sources_are_refused_by_name(library,
     version = (ROOT / "generated" / "c" / "src" / "version.c").read_text("utf-8")
     compile_one(tmp_path / "other.so", version.replace('"facts.h"', f'"{ROOT}/generated/c/src/facts.h"'))
     shutil.move(tmp_path / "other.so", notes)
-    with pytest.raises(hopform.BackendError, match=f"{notes.name} is damaged: its SHA-256 is not the one in"):
+    with pytest.raises(hopform.BackendError, match=f"{notes.name} is damaged: its SHA-256 differs from that in"):
         stance.explain()
     build.sealed(library)
     with pytest.raises(

@@ -252,16 +252,14 @@ def test_a_drive_is_recorded_and_fitted_in_the_unit_of_the_file(valve, tmp_path,
                                compare=False, holdout=False, diagnose=False)  # fmt: skip
     assert fit["A"].value == pytest.approx(1e-4, rel=1e-3) and fit.units.drive == "Pa"
     left_out = [warning for warning in fit.warnings if "left out" in warning]
-    assert (
-        left_out == [f"{recording.source}: without a unit that is known, so left out: 'torque_on'"][: title is not None]
-    )
+    assert left_out == [f"{recording.source}: without a known unit, so left out: 'torque_on'"][: title is not None]
 
 
 @pytest.mark.sliced
 def test_a_drive_in_another_unit_is_refused(valve, tmp_path):
     rows = "".join(f"{n / 1000.0},{n * 1e-5},1.0\n" for n in range(50))
     (tmp_path / "log.csv").write_text(f"time_s,x_m,p_bar\n{rows}")
-    with pytest.raises(hopform.HopformError, match="column 'p_bar': must be in Pa: the model's p is"):
+    with pytest.raises(hopform.HopformError, match="column 'p_bar': must be in Pa, as p of the model"):
         hopform.identify.fit(valve, tmp_path / "log.csv")
 
 

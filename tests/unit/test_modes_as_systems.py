@@ -336,7 +336,8 @@ def test_of_two_masses_the_one_that_slips_alone_comes_to_rest():
 def test_a_mode_refuses_what_it_does_not_have():
     sea = derive("sea")
     with pytest.raises(
-        ModelError, match="a mode of sea is one of 'nothing', 'motor', 'load', 'motor, load'.*got 'knee'"
+        ModelError,
+        match="a mode of sea is named by the masses that are held, one of 'nothing', 'motor', 'load', 'motor, load'.*got 'knee'",
     ):
         sea.mode("knee")
     with pytest.raises(ModelError, match="an input of sea is one of i, force_theta, force_q, got 'u'"):
@@ -362,7 +363,7 @@ def test_a_mode_refuses_what_it_does_not_have():
     with pytest.raises(ModelError, match="nothing moves in pogo with body held: it has no inputs"):
         derivation_of("pogo").mode("body").transfer_function(output="h")
     with pytest.raises(
-        ModelError, match="sea has no formula '14': known: lagrangian, .*, works, event_functions, their"
+        ModelError, match="sea has no formula '14'; known: the groups lagrangian, .*, works, event_functions, and"
     ):
         sea.show("14")
 

@@ -74,7 +74,7 @@ def test_tables_have_the_words_and_units_of_the_model(answer):
     assert title.startswith("joint: from q = 0.2 rad, q_dot = -1 rad/s, i in 3 steps, 0 to 4 A; still moves after 2 s")
     for words in (
         "joint hits stop", "backward", "q [rad]", "friction_q [N m]", "H [J]", "joint, lost at stops",
-        "Sensitivities: change of the ending per unit of", "F_p [N m]", "q_max - q [rad]",
+        "Sensitivities: derivatives of the ending by", "F_p [N m]", "q_max - q [rad]",
     ):  # fmt: skip
         assert words in text, words
     assert "body" not in text and "x1" not in text and "touchdown" not in text

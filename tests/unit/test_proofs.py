@@ -146,7 +146,7 @@ FAULTS = {
     ("joint", "force_1"): (mirrored, ("forces: Lagrange's equations are the elements'", "Lagrangian and generalised forces")),
     ("joint", "total"): (lambda value: 2 * value, (LEDGER, ENERGIES)),
     ("joint", "viscous_1_power"): (lambda value: -value, (LEDGER, ENERGIES)),
-    ("joint", "x1_stick_margin_forward"): (mirrored, ("Functions whose first zero ends a phase",)),
+    ("joint", "x1_stick_margin_forward"): (mirrored, ("Event functions: the first zero ends a phase",)),
     ("joint", "int_WW"): (in_case(0, lambda value: 2 * value), (WORKS,)),
     ("joint", "int_eR"): (in_case(0, mirrored), (WORKS,)),
     ("sea", "a_least"): (last_case, (WORKS,)),
@@ -160,8 +160,8 @@ FAULTS = {
     ("sea", "C"): (lambda value: -value, ("partial fractions add up to the transforms", FRACTIONS)),
     ("sea", "H1_2"): (mirrored, (OBEYS, STATES)),
     ("hopper", "aed_work"): (mirrored, (WORKS,)),
-    ("hopper", "contact_force"): (mirrored, ("Functions whose first zero ends a phase",)),
-    ("hopper", "E_dist"): (mirrored, ("What a controller asks",)),
+    ("hopper", "contact_force"): (mirrored, ("Event functions: the first zero ends a phase",)),
+    ("hopper", "E_dist"): (mirrored, ("Quantities of the controller",)),
 }  # fmt: skip
 """Faults of a formula of a model, by its name in the derivation, and rows that are to name it."""
 

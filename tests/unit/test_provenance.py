@@ -74,7 +74,7 @@ def test_residuals_with_a_memory_widen_the_covariance_and_leave_no_interval():
         if name in ("k", "b2"):
             assert fit[name].method == "not explained"
             assert 2.0 * error < fit[name].stderr < 3.6 * error  # 3 times, known to a fifth
-    with pytest.raises(hopform.HopformError, match="has no interval to draw from"):
+    with pytest.raises(hopform.HopformError, match="has no intervals to draw from"):
         fit.sample(4, 1)
     robot = robot_from_toml(fit.robot(HOPPER).to_toml(), "mine.toml")
     assert set(robot.fit.low) == {-math.inf} and set(robot.fit.high) == {math.inf}
@@ -207,7 +207,9 @@ def test_a_fit_that_is_not_explained_gives_no_robots_to_draw(fit):
     }))  # fmt: skip
     again = robot_from_toml(wide.to_toml())
     assert again == wide and "; fitted, no interval" in wide.to_toml()
-    with pytest.raises(hopform.HopformError, match="has no interval to draw from: its fit is not explained"):
+    with pytest.raises(
+        hopform.HopformError, match="has no intervals to draw from: its fit does not explain the recordings"
+    ):
         again.sample(2, 1)
     first = robot.fit.names[0]
     one = robot.fit._replace(low=(-math.inf, *robot.fit.low[1:]))

@@ -224,7 +224,7 @@ def test_samples_without_a_number_are_left_out_and_said():
 def test_a_column_that_cannot_be_read_is_refused_where_a_fit_asks_for_it():
     made = parse_recording(rows(*(f"{line},RUN" for line in GOOD), head="time_s,x2_m,current"), "log.csv")
     assert made.position("x2").size == 200
-    with pytest.raises(hopform.HopformError, match="line 1, column 3: 'current' has no unit"):
+    with pytest.raises(hopform.HopformError, match="line 1, column 3: 'current' has no known unit"):
         made.current()
 
 
@@ -250,7 +250,7 @@ def test_a_servo_under_a_random_binary_target_is_no_pair_of_swapped_columns():
 def test_a_file_that_is_no_text_is_refused_with_its_line(broken, tmp_path):
     path = tmp_path / "a.csv"
     path.write_bytes(b"time_s,x1_m\n" + broken)
-    with pytest.raises(hopform.HopformError, match=r"a\.csv, line 2: is no text in UTF-8"):
+    with pytest.raises(hopform.HopformError, match=r"a\.csv, line 2: is not text in UTF-8"):
         read_recording(path)
 
 
@@ -306,7 +306,7 @@ def test_what_cannot_be_identified_is_refused_with_what_can(word, capsys):
     assert main(["identify", word, "log.csv"]) == 2
     said = capsys.readouterr().err
     assert (
-        said.startswith(f"hopform: identify takes drop, all or check, got '{word}': a decay,") and said.count("\n") == 1
+        said.startswith(f"hopform: identify takes drop, all or check, got '{word}'; decays,") and said.count("\n") == 1
     )
 
 
@@ -322,7 +322,7 @@ def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     path = tmp_path / "free.csv"
     path.write_text(to_csv(record(HOPPER, "free", seed=4, duration=1.0)).replace("x2_m", "x2_cm", 1))
     said = refused(path, "free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
-    assert "less than 96 % is no fit" in said
+    assert "a fit needs 96 %" in said
     assert "is the unit of" in said
     assert "x2_cm" in said
 
@@ -346,7 +346,7 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
         return
     assert "mixed.csv, line " in said
     assert f"column '{'current_A' if kind == 'force' else 'x1_m'}': the fit explains" in said
-    assert "x1_m and current_A of one run, each in its column" in said
+    assert "x1_m and current_A from the same run, each in its column" in said
 
 
 def test_a_current_of_the_other_sign_is_named_as_one(tmp_path, capsys):
@@ -383,7 +383,7 @@ def test_recordings_of_two_rigs_are_refused_with_the_values_of_each(kind, tmp_pa
 
 SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position is within 10 m"),
-    "decay": ("x2", 100.0, "moves over 7.3 m; a body on its spring does over 3 m at most"),
+    "decay": ("x2", 100.0, "moves over 7.3 m; at most 3 m is allowed of a body on its spring"),
     "step": ("x1", 1000.0, "within 10 m"),
     "air": ("x1", 1e-4, "0.5 mm to 10 m"),
     "free": ("current", 1e-3, "reaches 0.003 A; a drive reaches 0.01 to 300 A"),
@@ -438,7 +438,7 @@ def test_a_position_and_a_current_that_are_swapped_are_refused(tmp_path, capsys)
     path = tmp_path / "swapped.csv"
     path.write_text(to_csv(record(HOPPER, "step", seed=2)).replace("x1_m,current_A", "current_A,x1_m", 1))
     said = refused(path, "step", "--known", "m_eff=25", capsys=capsys)
-    assert "x1_m and current_A of one run, each in its column" in said
+    assert "x1_m and current_A from the same run, each in its column" in said
 
 
 def dropped(change) -> str:
@@ -491,7 +491,12 @@ def test_a_current_at_its_limit_and_outliers_are_seen():
 
 @pytest.mark.parametrize(
     ("known", "words"),
-    [({"mass": 3.0}, "no parameter"), ({"m_s": 0.0}, "> 0 kg"), ({"b2": -1.0}, ">= 0"), ({"k": math.nan}, "finite")],
+    [
+        ({"mass": 3.0}, "unknown parameter"),
+        ({"m_s": 0.0}, "> 0 kg"),
+        ({"b2": -1.0}, ">= 0"),
+        ({"k": math.nan}, "finite"),
+    ],
 )
 def test_known_values_are_checked(known, words):
     with pytest.raises(hopform.HopformError, match=words):
@@ -529,7 +534,7 @@ def test_a_column_that_no_fit_uses_needs_no_unit():
     """A unit that a fit could use must be known all the same: see `BAD`."""
     made = parse_recording(rows(*(f"{each},7,1" for each in GOOD), head="time_s,x2_m,load,torque_on"), "servo.csv")
     assert list(made.columns) == ["x2"]
-    assert made.notes == ("without a unit that is known, so left out: 'load', 'torque_on'",)
+    assert made.notes == ("without a known unit, so left out: 'load', 'torque_on'",)
     assert not made.has_current()
 
 

@@ -58,7 +58,9 @@ def test_recordings_that_agree_on_a_wrong_model_have_no_interval(count):
         k = next(each.values for each in fit.repeats if each.name == "k")
         agree = f"k within {100.0 * (max(k) - min(k)) / np.mean(k):.2g} %"
         assert f"from recording to recording they agree: {agree}" in sentence
-    with pytest.raises(hopform.HopformError, match="has no interval to draw from: its fit is not explained"):
+    with pytest.raises(
+        hopform.HopformError, match="has no intervals to draw from: its fit does not explain the recordings"
+    ):
         fit.sample(3)
 
 

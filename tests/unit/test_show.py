@@ -144,7 +144,7 @@ def test_a_stance_flies_on_to_the_next_touchdown():
     assert flight.status == "touchdown"
     assert stance.fly().duration > flight.duration
     assert float(stance.fly().at(stance.fly().duration).x2 - stance.fly().touchdown.x1) == pytest.approx(HOPPER.L0)
-    with pytest.raises(hopform.HopformError, match="needs a take-off, but the stance has the ending 'rest'"):
+    with pytest.raises(hopform.HopformError, match="needs a take-off, but the stance ended by 'rest'"):
         hopform.solve_stance(HOPPER, v2=-0.3, u=1.0).fly()
 
 

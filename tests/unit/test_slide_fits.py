@@ -142,7 +142,7 @@ def test_added_masses_are_an_option(tmp_path, capsys):
 def test_a_users_own_model_of_that_name_is_not_taken_for_the_slide(monkeypatch):
     monkeypatch.setattr(motion, "load_solver", lambda _: hopform.load_solver("hopper"))
     motion.slide.cache_clear()
-    with pytest.raises(hopform.HopformError, match="slide that was built here is not the one that ships.*another name"):
+    with pytest.raises(hopform.HopformError, match="a model of yours is named slide.*rename yours"):
         motion.slide()
     motion.slide.cache_clear()
 

@@ -125,7 +125,7 @@ def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, t
     file = tmp_path / "fitted.toml"
     file.write_text(replace(robot, fit=fit).to_toml(), "utf-8")
     found = leg("control", "--from-fit", file, "--draws", "5", "--set", "b12=5", "--height", "0.1", "--h-des", "0.1")
-    assert "Bands hold 95 % of 5 robots drawn from the fit of k." in found and "f2_excess, b12." in found
+    assert "95 % bands of 5 robots drawn from the fit of k." in found and "f2_excess, b12." in found
 
 
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):

@@ -263,7 +263,7 @@ def test_the_currents_of_the_controllers_are_printed(printed, height, h_des):
         "controller": str,
         "u [A]": lambda name: found[name].u,
         "apex [cm]": lambda name: apexes[name],
-        "off by [cm]": lambda name: float(f"{100.0 * (apexes[name] - h_des):.2g}") / 100.0,
+        "error [cm]": lambda name: float(f"{100.0 * (apexes[name] - h_des):.2g}") / 100.0,
     }
     check(shown["Currents"], columns, list(found))
     assert line(lines, f"{found['exact'].solved} stances were solved")
@@ -289,7 +289,7 @@ def test_a_map_is_printed(printed):
         "u [A]": lambda point: point.u,
         "height [cm]": lambda point: point.height,
         "multiplier": lambda point: point.multiplier,
-        "hop": lambda point: "settles" if abs(point.multiplier) < 1.0 else "leaves",
+        "stability": lambda point: "stable" if abs(point.multiplier) < 1.0 else "unstable",
     }
     check(shown["Fixed points"], columns, found.fixed_points)
     assert line(lines, f"hopper_c: {np.isfinite(found.hold).sum()} of 7 heights can be held")

@@ -153,10 +153,10 @@ Ending: TypeAlias = Literal[
 
 ENDINGS: dict[int, Ending] = {
     1: "takeoff",  # the contact force returned to zero with the leg extending
-    2: "rest",  # all that may move is held and nothing can change
-    3: "horizon",  # the longest time was reached
-    4: "too_many_phases",  # the cap on phases was reached
-    5: "uncertified",  # no first event was certified within the bound; up to here it is
+    2: "rest",  # every mass is held, and nothing changes any more
+    3: "horizon",  # the time limit, horizon, was reached
+    4: "too_many_phases",  # the limit of phases was reached
+    5: "uncertified",  # the search met its bound: the motion is certified up to here
 }
 """Its words by their numbers in the C library."""
 
@@ -205,8 +205,8 @@ FlightEnding: TypeAlias = Literal[
 FLIGHT_ENDINGS: dict[int, FlightEnding] = {
     1: "touchdown",  # the foot has met the ground from above
     2: "tripped",  # the foot never got above the ground ahead
-    3: "horizon",  # the longest time was reached
-    4: "too_many_phases",  # the cap on phases was reached
+    3: "horizon",  # the time limit, horizon, was reached
+    4: "too_many_phases",  # the limit of phases was reached
 }
 """Its words by their numbers in the C library."""
 

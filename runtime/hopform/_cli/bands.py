@@ -78,11 +78,11 @@ class Draws(NamedTuple):
         known = {*self.fit.names, *self.fit.known}
         others = ", ".join(each.name for each in self.model.fields() if each.name not in known)
         whose = f"drawn from the fit of {', '.join(self.fit.names)}"
-        return f"Bands hold 95 % of {len(self.robots)} robots {whose}. Not identified, so alike in all: {others}."
+        return f"95 % bands of {len(self.robots)} robots {whose}. Not identified, so equal in all: {others}."
 
     def warnings(self) -> tuple[str, ...]:
         """A warning about a fit that misses something."""
-        missed = "the residuals of the fit are not white: bands do not cover the error of its model"
+        missed = "the residuals of the fit are not white: the bands do not cover the error of its model"
         return () if self.fit.white else (missed,)
 
     def apexes(self, start: Record, height: float | None, datum: float, u: Any, how: Record) -> Bands:

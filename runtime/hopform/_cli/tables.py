@@ -229,9 +229,7 @@ def lost_at_start(solved: Motion) -> float:
 def loss_at_start(solved: Motion) -> list[str]:
     """What is said of that."""
     loss = lost_at_start(solved)
-    said = (
-        f"The start runs into a stop and loses {loss:.6g} J there; states and forces at the start are those behind it."
-    )
+    said = f"The start meets a stop and loses {loss:.6g} J there; state and forces at the start are those after this impact."
     return [said] if loss > 0.0 else []
 
 
@@ -241,7 +239,7 @@ def sensitivities(solved: Motion) -> Table:
     heads = ("", *(f"{row} [{by.units[row]}]" for row in by.rows))
     rows = ((f"{name} [{by.units[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
     what = "take-off" if solved.status == "takeoff" else "ending"
-    return table(f"Sensitivities: change of the {what} per unit of", heads, rows, ("",))
+    return table(f"Sensitivities: derivatives of the {what} by", heads, rows, ("",))
 
 
 def command(
@@ -253,7 +251,7 @@ def command(
         (words, f"{each.u:.9g}", number(each.apex, ".6g", 100.0), number(each.apex - h_des, "+.2g", 100.0))
         for words, each in shown
     )
-    currents = table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
+    currents = table("Currents", ("controller", "u [A]", "apex [cm]", "error [cm]"), rows, ("controller",))
     note = f"{found.solved} stances were solved. Heights are hop heights."
     if drawn and band:
         note = f"Under the exact current 95 % of the apexes are {band.text()} cm. {drawn.said()}\n{note}"
@@ -272,8 +270,8 @@ def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] |
     made = [table("Next apex", columns, rows, ("gaps [A]",))]
     if found.fixed_points:
         points = map(_point_row, found.fixed_points)
-        made.append(table("Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), points, ("hop",)))
-    heights = "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
+        made.append(table("Fixed points", ("u [A]", "height [cm]", "multiplier", "stability"), points, ("stability",)))
+    heights = "Heights are hop heights. Gaps and the share limited by the stroke are those of the currents of the map."
     return spaced(title, *made, f"{heights}\n{drawn.said()}" if drawn else heights)
 
 
@@ -292,7 +290,7 @@ def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None
 
 
 def _point_row(point: FixedPoint) -> tuple[str, ...]:
-    words = ("settles" if point.stable else "leaves") + ("" if point.admissible else ", beyond the stroke")
+    words = ("stable" if point.stable else "unstable") + ("" if point.admissible else ", beyond the stroke")
     return f"{point.u:.5g}", f"{100.0 * point.height:.5g}", f"{point.multiplier:.4f}", words
 
 

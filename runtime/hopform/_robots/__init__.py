@@ -183,7 +183,7 @@ def _text(key: str, text: object) -> str:
     try:
         checked_text.encode()
     except UnicodeEncodeError:
-        raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
+        raise HopformError(f"{key} must be text that UTF-8 can encode, got {shown(text)}") from None
     return checked_text
 
 
@@ -359,7 +359,9 @@ class BaseRobot:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         drawn_from = self.fit.with_interval()
         if not drawn_from:
-            raise HopformError(f"robot {self.name or 'given'} has no interval to draw from: its fit is not explained")
+            raise HopformError(
+                f"robot {self.name or 'given'} has no intervals to draw from: its fit does not explain the recordings"
+            )
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
         values = zip(self.fit.names, self.fit.values, strict=True)
@@ -536,7 +538,9 @@ def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Rob
 def _refuse_another_model(model: object, kind: type[BaseRobot]) -> None:
     """HopformError for a robot of another model than the solver's."""
     if instance("model", model, str, "the name of a model") != kind.solver.name:
-        raise HopformError(f"the robot is of the model {shown(model)}, the solver of {shown(kind.solver.name)}")
+        raise HopformError(
+            f"the robot is one of the model {shown(model)}, the solver is that of {shown(kind.solver.name)}"
+        )
 
 
 def _table(text: str, source: str) -> dict[str, Any]:

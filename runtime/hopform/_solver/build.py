@@ -150,7 +150,7 @@ def damage(library: Path, notes: bool = False) -> str | None:
         return f"is not complete: there is no {Path(str(error.filename)).name}, which its build writes last"
     except (OSError, ValueError) as error:
         return f"cannot be read: {error}"
-    return f"is damaged: its SHA-256 is not the one in {seal.name}"
+    return f"is damaged: its SHA-256 differs from that in {seal.name}"
 
 
 ASIDE = ".hopform-build-"

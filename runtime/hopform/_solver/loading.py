@@ -41,10 +41,10 @@ def loaded(name_or_folder: str | Path, shipped: Callable[[str], Path | None] = l
     if os.path.isdir(path):
         if not os.path.isfile(path / FACTS):
             remedy = f"`hopform model build FILE --out {name_of(path)}` makes one"
-            raise HopformError(f"{name_of(path)} is no solver, it has no {FACTS}: {remedy}")
+            raise HopformError(f"{name_of(path)} is not a solver: it has no {FACTS}: {remedy}")
         return _of_folder(path.resolve())
     if os.path.lexists(path):
-        raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
+        raise HopformError(f"{name_of(path)} is not a solver, which is a folder with {FACTS}")
     raise HopformError(f"there is no folder {name_of(path)}: `hopform model build FILE --out {name_of(path)}` makes it")
 
 
@@ -56,11 +56,13 @@ def _of_name(name: str, shipped: Callable[[str], Path | None]) -> Solver:
         return _of_folder(place)
     names = ", ".join([DEFAULT.name, *sorted({own for _, own in built_solvers()} - {DEFAULT.name})])
     folder = (
-        f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"
+        f"the folder is {name_of(os.path.join(os.curdir, name))}"
+        if os.path.isdir(name)
+        else "a folder is written with a separator"
     )
     raise HopformError(
-        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; `hopform model list` has the models "
-        "that ship, each of which is built when it is named"
+        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; models that ship "
+        "(`hopform model list`) are built when they are named"
     )
 
 
@@ -94,7 +96,7 @@ def programs_of(path: Path) -> dict[str, bytes]:
     programs = {name: _read(path / name) for name in names}
     for name, content in programs.items():
         if sha256(content).hexdigest() != digests.get(name):
-            raise HopformError(f"{name_of(path / name)} is not the one that its build made: {MADE_AGAIN}")
+            raise HopformError(f"{name_of(path / name)} was changed after its build: {MADE_AGAIN}")
     return programs
 
 
@@ -104,7 +106,7 @@ def _digests(path: Path) -> Iterator[tuple[str, str]]:
     """
     text = _read(path / MANIFEST).decode("utf-8", "replace")
     if not (whole := re.fullmatch(rf"# made\n((?:{_LINE})*)# made from\n(?:{_LINE})*", text)):
-        raise HopformError(f"{name_of(path / MANIFEST)} is not the one that its build made: {MADE_AGAIN}")
+        raise HopformError(f"{name_of(path / MANIFEST)} was changed after its build: {MADE_AGAIN}")
     for line in whole[1].splitlines():
         digest, _, name = line.partition("  ")
         yield name, digest

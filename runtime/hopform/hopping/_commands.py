@@ -147,8 +147,10 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
 
 def controller_of(name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float) -> Any:
     """The controller that `hop` is asked for; HopformError for an option that it does not have."""
-    if (name is ControllerName.constant) != (h_des is None):
-        raise HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
+    if name is ControllerName.constant and h_des is not None:
+        raise HopformError("--h-des goes with the controllers exact, printed and return-map, not with constant")
+    if name is not ControllerName.constant and h_des is None:
+        raise HopformError(f"the controller {name.value} needs --h-des")
     if u and name is not ControllerName.constant:
         raise HopformError(f"--u goes with the constant controller, not with {name.value}")
     if stop_margin and name is not ControllerName.exact:

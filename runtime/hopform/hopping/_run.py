@@ -550,7 +550,7 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
     """The state in the air, x2 over level 0."""
     if (height is None) == (start is None):
         got = f"got height = {shown(height)}, start = {shown(start)}"
-        raise HopformError(f"either height or start must be given, {got}")
+        raise HopformError(f"give either height or start, {got}")
     if start is None:
         return State(robot.home, 0.0, finite("height", height, "m") + robot.standing_height, 0.0)
     entries = items("start", start, "a State of x1, v1, x2, v2", 4)

@@ -236,6 +236,6 @@ def _said(wider: Mapping[str, Sequence[str]]) -> list[str]:
     for words, names in wider.items():
         causes.setdefault(", ".join(names), []).append(words)
     return [
-        f"the intervals of {names} allow for {' or '.join(words)} of a size that these recordings do not show"
+        f"the intervals of {names} allow for {' or '.join(words)} too small to show in these recordings"
         for names, words in causes.items()
     ]

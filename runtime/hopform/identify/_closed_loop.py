@@ -116,7 +116,7 @@ class Loop:
         units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.by_x, self.by_v, self.by_target = (float(self.asked(robot, *each)) - self.zero for each in units)
         if not self.by_target * self.by_target > 0.0:
-            raise HopformError("the law asks for no current by its target: its proportional gain must be > 0")
+            raise HopformError("the proportional gain of the law must be > 0: without it the target has no effect")
         letters = formulas.letters_of(robot)
         self.limit, self.stops = float(letters.u_max), (float(letters.x1_min), float(letters.x1_max))
         self.of_limit = len(STARTS) + robot._fields.index(law.limit)
@@ -171,7 +171,7 @@ class Loop:
         key = length, side
         if key not in self._maps:
             if self._turns * length >= math.pi:
-                raise HopformError(f"half a period of the mechanism alone is shorter than {length:.4g} s of a tick")
+                raise HopformError(f"a tick of {length:.4g} s is longer than half a period of the mechanism")
             self._maps[key] = self._map(length, side)
         return self._maps[key]
 
@@ -258,7 +258,7 @@ class Loop:
                 x, v = float(place), float(speed)
         states.append((x, v))
         if not math.isfinite(x + v):
-            raise HopformError("the motion under the law grows beyond all numbers")
+            raise HopformError("the motion under the law diverges")
         every = zip(np.array(begins).reshape(-1, len(parts), 3).transpose(1, 0, 2), lengths, strict=True)
         kinds_of_parts = np.array(kinds).reshape(-1, len(parts)).T
         sections = tuple(

@@ -42,8 +42,8 @@ def _refuse_kind(word: str) -> None:
     """HopformError for what `identify` has not."""
     if word not in Identification.__members__:
         raise HopformError(
-            f"identify takes drop, all or check, got {shown(word)}: a decay, a step response or the leg in the air is a file "
-            "of all, as in identify all decay:FILE, and any motion by itself is one of a model, as in --solver slide fit FILE"
+            f"identify takes drop, all or check, got {shown(word)}; decays, step responses and recordings in the air: "
+            "identify all decay:FILE, with others of the robot; a motion by itself: --solver slide fit FILE"
         )
 
 
@@ -160,7 +160,7 @@ def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
         name, equals, ends = pair.partition("=")
         low, high = (number_of(each) for each in (ends.split(":") + [""])[:2])
         if not equals or low is None or high is None or not -math.inf < low < high < math.inf:
-            raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
+            raise HopformError(f"--ranges takes NAME=LOW:HIGH in SI units, as in k=800:1600, got {shown(pair)}")
         ranges[name] = low, high
     return ranges
 
@@ -241,7 +241,9 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     leads = drives or recording.columns.get("target")
     lengths = " and ".join(each.title for each in recording.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
-    asked += [f"are {position.title} and {leads.title} of one run, each in its column with its sign"] if leads else []
+    asked += (
+        [f"are {position.title} and {leads.title} from the same run, each in its column with its sign"] if leads else []
+    )
     missing = [] if {*stops} & fit.known.keys() else [f"{name}=..." for name in stops]
     asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
     asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(recording) else []
@@ -251,8 +253,8 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     known = [f"of each recording alone {', '.join(rigs)}"] if rigs else []
     seen = "; ".join([", ".join(asked), *known, *said(fit.diagnoses, fit.shown)])
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units_of(trace).position, 96)
-    explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
-    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {seen}"
+    explained = f"the fit explains only {100.0 * share:.3g} % of the {what}, a fit needs {least} %"
+    message = f"{explained}; the error is largest here, {abs(left[at]):.3g} {unit}: {seen}"
     line = recording.line_of(int(np.count_nonzero(recording.time < trace.time[at] - 1e-9)))
     return recording.error(message, line, drives if force else position)
 
@@ -296,7 +298,7 @@ def model_of(answer: reports.Answer, form: str | None) -> tuple[str, list[str]]:
     if form is None:
         return "", []
     if not isinstance(answer, Fit):
-        raise HopformError("--export needs a fit")
+        raise HopformError("--export needs a fit; check makes none")
     _refuse_missed(answer)
     return exported(answer, form), notes(answer)
 
@@ -316,7 +318,7 @@ def files_of(
         answer = replace(answer, origin=(*answer.origin, *command()))
     if isinstance(answer, Check):
         if out or written or plot:
-            raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
+            raise HopformError("--out, --report and --plot need a fit; check makes none")
         return files
     if out:
         _refuse_missed(answer)
@@ -385,7 +387,7 @@ def identify(
     """
     _refuse_kind(kind)
     if free and kind != "drop":
-        raise HopformError("--free is for drops; of all each file may be ROLE:FILE, as in free:drop.csv")
+        raise HopformError("--free goes with drop; with all name the role of a file, as in free:drop.csv")
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
@@ -420,7 +422,7 @@ def record(
     if (u != 0.0) + bool(u_steps) + bool(chirp) > 1:
         raise HopformError("give one of --u, --u-steps and --chirp")
     if (ranges and not every) or (every and not plan):
-        raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
+        raise HopformError("all and --ranges go with --plan: `record all --plan --ranges NAME=LOW:HIGH`")
     if every:
         show(reports.plan_of(planned(base, ranges_of(ranges or []), known_numbers(known) or None, seed or 0)))
         return

@@ -248,7 +248,7 @@ class Fit(Shown):
             if len(alike := [name for name in some if name.partition("@")[0] in fields]) > 1:
                 names = " and ".join(alike)
                 raise HopformError(
-                    f"no robots can be drawn: the recordings identify a combination of {names} alone; give one as known"
+                    f"no robots can be drawn: the recordings identify only a combination of {names}; give one as known"
                 )
         return tuple(robot.sample(count, seed))
 
@@ -305,7 +305,7 @@ def _one_way(problem: Problem) -> list[str]:
     letters = {letter for each in problem.experiments for letter in (*each.names, *each.constants)}
     name = "gamma2" if "gamma2" in letters else "force constant"
     return [
-        f"the drive pushes one way alone: friction that grows with the load cannot be distinguished from a smaller {name}"
+        f"the drive pushes only one way: friction that grows with the load cannot be distinguished from a smaller {name}"
     ]
 
 
@@ -363,12 +363,12 @@ def coloured(traces: Sequence[Trace], explained: Sequence[bool]) -> list[str]:
     """Warnings about residuals: of a fit that fails, and of residuals that are not explained."""
     statements = [
         f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of "
-        "its motion: it is of another rig, or no start led to it; give more of what is known"
+        "its motion: it is of another rig, or the search did not converge; give more known parameters"
         for trace in traces
         if missed(trace)
     ]
     statements += [
-        f"{trace.label}: not explained: what the fit leaves is not white (autocorrelation "
+        f"{trace.label}: not explained: the residuals are not white (autocorrelation "
         f"{trace.tests.autocorrelation:.2f}), so there is no interval"
         for trace, known in zip(traces, explained, strict=True)
         if not known
@@ -523,9 +523,7 @@ def _allowing(
     missed = alternatives.missed(solution)
     if not any(each.refuted for each in missed):
         return *alternatives.allowing(solution, estimates, spread, missed), []
-    why = (
-        "not explained: the residuals are white, and show more of the motion than noise would, so there is no interval"
-    )
+    why = "not explained: the residuals are white, but they contain more of the motion than noise would, so there is no interval"
     return bare(estimates), spread, [], [why]
 
 

@@ -54,7 +54,7 @@ def fit_force(
     model, asked = Model(core.Robot.solver), checked(options)
     if model.input is None or model.law is not None or len(model.masses) > 1:
         raise HopformError(
-            f"a fit in force takes a model of one mass with an input and no law; {model.core.name} is none"
+            f"a fit in force takes a model of one mass with an input and no law; {model.core.name} is not such a model"
         )
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")

@@ -187,7 +187,7 @@ def _decays(recording: Recording, x: Array) -> list[tuple[int, int]]:
     """The decays of a recording; HopformError for one that no spring can have."""
     unit = recording.units("x2", driven=False).position
     if float(np.ptp(x)) > _MOST_RANGE[unit]:
-        most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
+        most = f"at most {_MOST_RANGE[unit]:g} {unit} is allowed of a body on its spring"
         message = f"moves over {np.ptp(x):.3g} {unit}; {most}: is its unit right?"
         raise recording.error_of("x2", message, int(np.abs(x - np.median(x)).argmax()))
     return decays(recording, mended(x))

@@ -115,13 +115,13 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     )
 
 
-CONDITION = "these intervals are those of a fit if the model explains your rig; if it does not, a fit gives none"
+CONDITION = "these intervals hold if the model explains your rig; if it does not, a fit gives none"
 
 
 def conditions(given: Values) -> list[str]:
     """What the intervals of a plan rest on."""
     known = [f"{name} = {value:.4g} {UNITS[name]}".rstrip() for name, value in given.items()]
-    weighed = f"taken as weighed or measured, without an error: {', '.join(known)}"
+    weighed = f"taken as known without an error: {', '.join(known)}"
     return [CONDITION, *([f"{weighed}; give your own by --known"] if known else [])]
 
 
@@ -302,10 +302,12 @@ def _odd(one: Telemetry) -> list[str]:
     if one.travel < _FEW_STEPS * level:
         statements.append(f"it moves by {one.travel / level:.0f} times its noise or quantum: let it move further")
     if one.outliers:
-        statements.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
+        statements.append(f"{one.outliers} samples are outliers: fit with --loss huber")
     if one.gap > 0.0:
         statements.append(f"a gap of {one.gap:.3g} s")
     down, up = -one.lowest, one.highest
     if one.role in ("step", "air", "free") and min(down, up) < _ONE_SIDED * max(down, up):
-        statements.append("the current has one direction: friction and a constant load are one; record both")
+        statements.append(
+            "the current has only one direction: friction and a constant load cannot be distinguished; record both directions"
+        )
     return [f"{one.source}: {each}" for each in statements]

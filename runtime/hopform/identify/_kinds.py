@@ -388,7 +388,7 @@ def checked_known(known: Known, allowed: Sequence[str], units: Units = HOPPER) -
     values = dict[str, float]()
     for name, value in mapping("known", known, MOST_KNOWN).items():
         if not isinstance(name, str) or name not in allowed:
-            message = f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
+            message = f"known: unknown parameter {shown(name)}; this fit has {', '.join(allowed)}"
             raise HopformError(message)
         unit = units.of(UNITS[name])
         number = real(f"known: {name}", value, unit or "1")

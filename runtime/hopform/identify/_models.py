@@ -756,7 +756,7 @@ def _scale(model: Model, fit: Fit, values: Values) -> list[str]:
         return []
     unit = fit[inertia].unit
     return [
-        f"motion fixes forces up to a common factor: weigh it; with {inertia} known as 1 all is per {unit} of {inertia}"
+        f"motion fixes forces only up to a common factor: weigh it, or give {inertia}=1 as known; the others are then per {unit} of {inertia}"
     ]
 
 
@@ -768,8 +768,8 @@ def _undriven(model: Model, left: float) -> str:
     """What is said of a drive that is not the one which moved the mass."""
     name = cast("dict[str, Any]", model.input)["name"]
     return (
-        f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
-        "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
+        f"{name} and the model do not explain {100.0 * left:.0f} % of the accelerations: is {name} the command and not the "
+        "measured value, is it late, or is a term missing? inertia and stiffness are no more accurate; a free decay needs no {name}"
     )
 
 
@@ -779,8 +779,8 @@ def _explained(fit: Fit) -> bool:
 
 
 _DIFFERS = (
-    "the controller takes its velocity from the difference of two positions, half a tick late: so it is fitted, and the "
-    "residuals are noise; under the velocity at the tick they are not"
+    "the controller takes its velocity from the difference of two positions, half a tick late; fitted so the residuals "
+    "are noise, with the velocity at the tick they are not"
 )
 
 
@@ -814,7 +814,7 @@ def _rate(model: Model, rate: float | None, several: Sequence[Recording]) -> flo
     logged = _logged(first)
     if rate is None:
         raise HopformError(
-            f"rate: the rate of the controller is needed, at whose ticks the law of {model.core.name} sets "
+            f"rate: give the sampling rate of the controller, at whose ticks the law of {model.core.name} sets "
             f"{model.law.current}; {first.source} was logged at {logged:.5g} Hz"
         )
     ticks = positive("rate", rate, "Hz")
@@ -903,15 +903,15 @@ def _chosen(
     for name, other in tied.items():
         if other not in names:
             raise HopformError(
-                f"known: {name} = {shown(other)}, which is no fitted parameter; these are {', '.join(names)}"
+                f"known: {name} = {shown(other)} names no fitted parameter; fitted are {', '.join(names)}"
             )
     unknown = [n for n in (law.gains if law else ()) if n not in given and n not in names]
     if law and (unknown or not given.keys() & {*law.gains}):
         gains = " and ".join(law.gains)
         what = f"{' and '.join(unknown)} must be given" if unknown else "one of them must be given"
         raise HopformError(
-            f"known: the law has the gains {gains}, of which {what}: they are all that a fit from a {law.target} has "
-            f"the size of its forces from, as in {law.gains[0]}={model.parameters[law.gains[0]].get('default') or 1.0:g}"
+            f"known: the law has the gains {gains}, of which {what}: without them a fit from a {law.target} does "
+            f"not know the size of the forces; as in {law.gains[0]}={model.parameters[law.gains[0]].get('default') or 1.0:g}"
         )
     values = given | {n: each.default for n, each in fields.items()
                       if n not in given and n not in tied and n not in names and each.default is not None}  # fmt: skip
@@ -933,7 +933,7 @@ def _view(model: Model, recording: Recording) -> Recording:
             continue
         if SI[column.quantity] != mass.unit:
             raise recording.error(
-                f"must be in {mass.unit} or a unit of it: the model's {mass.coordinate} is", recording.head, column
+                f"must be in {mass.unit} or a multiple of it, as {mass.coordinate} of the model", recording.head, column
             )
         columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
@@ -954,7 +954,7 @@ def _view(model: Model, recording: Recording) -> Recording:
         if drive is not None:
             other = DRIVES.get(drive.quantity)
             if in_its_unit is None and other != unit and not (other and unit in DRIVES.values() and model.per_drive):
-                raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, drive)
+                raise recording.error(f"must be in {unit}, as {name} of the model", recording.head, drive)
             columns["current"] = drive
             notes = used_after_all(recording.notes, drive.title)
             if in_its_unit is None and other != unit:
@@ -978,10 +978,10 @@ def _target(model: Model, recording: Recording) -> Column:
             recording.head,
         )
     if SI[column.quantity] != unit:
-        raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, column)
+        raise recording.error(f"must be in {unit}, as {name} of the model", recording.head, column)
     if float(np.ptp(column.values)) == 0.0:
         raise recording.error(
-            f"is constant at {column.values[0]:.6g} {unit}: nothing is asked of the joint", recording.line, column
+            f"is constant at {column.values[0]:.6g} {unit}: it commands no motion", recording.line, column
         )
     return column
 
@@ -1118,7 +1118,7 @@ def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str
     for name in given:
         if name not in names:
             what = "it is not fitted" if name in model.parameters else "unknown parameter"
-            raise HopformError(f"the search cannot begin near {shown(name)}: {what}; fitted are {', '.join(names)}")
+            raise HopformError(f"near: {shown(name)}: {what}; fitted are {', '.join(names)}")
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 

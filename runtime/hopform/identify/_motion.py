@@ -62,7 +62,7 @@ def solved(robot: Any, state: Any, steps: Steps, horizon: float, core: Solver = 
     """A motion as the library has it; HopformError for more phases than any recording has."""
     motion = core.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
     if ENDINGS[motion.outcome()[0]] == "too_many_phases":
-        raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
+        raise HopformError(f"the motion has more than {MAX_PHASES} phases: too little friction for so long a recording")
     return motion
 
 
@@ -119,8 +119,8 @@ def slide() -> Solver:
     core = load_solver("slide").Robot.solver
     if core.package.records.Robot._fields != _SLIDE:
         raise HopformError(
-            "the model slide that was built here is not the one that ships, as which a body or an actuator alone is fitted: "
-            "give yours another name, and remove its solver; `hopform model list` has its folder"
+            "a model of yours is named slide, as that which ships, by which a body or an actuator alone is fitted: "
+            "rename yours, and remove its solver; `hopform model list` shows its folder"
         )
     return core
 

@@ -385,7 +385,7 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     return replace(read, time=time, notes=(*remarks, *_notes(time, read.columns), *read.notes, *left_out))
 
 
-_LEFT_OUT = "without a unit that is known, so left out: "
+_LEFT_OUT = "without a known unit, so left out: "
 
 
 def used_after_all(notes: Sequence[str], title: str) -> tuple[str, ...]:
@@ -483,7 +483,7 @@ def _title(spelt: str) -> tuple[str, str, float]:
 def _without_unit(title: str, spelt: Sequence[str], source: str, line: int, place: int) -> HopformError:
     """The error about a column that a fit asks for and that has no unit."""
     return HopformError(
-        f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
+        f"{source}, line {line}, column {place + 1}: {shown(title)} has no known unit: a name ends in one "
         f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev; "
         f"the line might be {shown(','.join(map(_with_unit, spelt)))}"
     )

@@ -185,8 +185,8 @@ def plan_of(plan: Plan) -> Iterator[RenderableType]:
          ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in each.gives.items()) or "-")
         for n, each in enumerate(plan.steps, 1)
     ]  # fmt: skip
-    head = ("", "record", "how hard", "s", "gives, 95 % within")
-    yield table("What to record", head, rows, ("record", "how hard", "gives, 95 % within"))
+    head = ("", "record", "amplitude", "s", "identifies, 95 % within")
+    yield table("What to record", head, rows, ("record", "amplitude", "identifies, 95 % within"))
     yield from (f"note: {each}" for each in plan.statements)
 
 

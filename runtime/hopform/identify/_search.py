@@ -104,7 +104,7 @@ def _moving(solution: Solution) -> Solution:
             experiment.predict(solution.values)
         except NoMotion as error:
             asked = "are units, signs and known values right"
-            raise HopformError(f"{error}; from no start does the fit find a motion of this rig: {asked}?") from None
+            raise HopformError(f"{error}; the search finds no motion of this rig from any start: {asked}?") from None
     return solution
 
 

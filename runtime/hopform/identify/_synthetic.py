@@ -362,7 +362,7 @@ class _Bench(NamedTuple):
         robot: Any = Solver(slide()).Robot(**parameters)  # type: ignore[arg-type]
         moved = solve_motion(robot, start=start, u=u, horizon=float(self.time[-1]) * _PAST, max_phases=MAX_PHASES)
         if moved.status == "too_many_phases":
-            raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a test")
+            raise HopformError(f"the motion has more than {MAX_PHASES} phases: too little friction for so long a test")
         return moved
 
     def _driven(self, most: float) -> _Made:

@@ -72,10 +72,10 @@ extern "C" {
 
 /** How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1     /**< the contact force returned to zero with the leg extending */
-#define HOPFORM_ENDING_REST 2        /**< all that may move is held and nothing can change */
-#define HOPFORM_ENDING_HORIZON 3     /**< the longest time was reached */
-#define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
-#define HOPFORM_ENDING_UNCERTIFIED 5 /**< no first event was certified within the bound; up to here it is */
+#define HOPFORM_ENDING_REST 2        /**< every mass is held, and nothing changes any more */
+#define HOPFORM_ENDING_HORIZON 3     /**< the time limit, horizon, was reached */
+#define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the limit of phases was reached */
+#define HOPFORM_ENDING_UNCERTIFIED 5 /**< the search met its bound: the motion is certified up to here */
 
 /** What starts a phase: the events of a stance. */
 #define HOPFORM_EVENT_X1_REVERSES 1  /**< the actuator reverses */
@@ -93,8 +93,8 @@ extern "C" {
 /** How a flight ended. */
 #define HOPFORM_FLIGHT_TOUCHDOWN 1   /**< the foot has met the ground from above */
 #define HOPFORM_FLIGHT_TRIPPED 2     /**< the foot never got above the ground ahead */
-#define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
-#define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
+#define HOPFORM_FLIGHT_HORIZON 3     /**< the time limit, horizon, was reached */
+#define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the limit of phases was reached */
 
 /** How a run of hops ended. */
 #define HOPFORM_RUN_COMPLETED 1      /**< all of its hops are solved */
