@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Sequence
 from importlib.util import find_spec
+from sysconfig import get_platform
 
 import pytest
 
@@ -22,6 +23,12 @@ cortex_m = pytest.mark.skipif(
     not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")),
     reason="no Cortex-M can be emulated (on Debian: apt install gcc-arm-none-eabi libnewlib-arm-none-eabi "
     "qemu-system-arm)",
+)
+
+
+fmus = pytest.mark.skipif(
+    find_spec("fmpy") is None or find_spec("pythonfmu3") is None or get_platform() not in ("linux-x86_64", "win-amd64"),
+    reason="FMPy or PythonFMU3 is absent, or has no library for this machine",
 )
 
 

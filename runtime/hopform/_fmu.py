@@ -111,7 +111,8 @@ def archive(robot: Robot, inputs: Sequence[str] = (), binaries: Sequence[str] = 
     entries = {"modelDescription.xml": description(solver, variables, token).encode()}
     entries |= {f"sources/{name}": text.encode() for name, text in files.items()}
     entries["sources/buildDescription.xml"] = build_description(solver).encode()
-    entries["documentation/licenses/license.txt"] = solver.folder.path("packages/all/LICENSE").read_bytes()
+    for name, path in (("license.txt", "packages/all/LICENSE"), ("fmi-headers.txt", "packages/fmu/vendored/LICENSE")):
+        entries[f"documentation/licenses/{name}"] = solver.folder.path(path).read_bytes()
     entries |= dict(compiled(solver, files, binaries))
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:

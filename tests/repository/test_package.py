@@ -141,11 +141,13 @@ def test_a_wheel_installs_two_packages_and_nothing_else(wheel):
 
 def test_the_metadata_have_each_licence_with_their_texts_and_no_address(wheel):
     told = metadata(wheel)
-    assert told["License-Expression"] == "MIT AND MIT-0 AND CC0-1.0"
+    assert told["License-Expression"] == "MIT AND MIT-0 AND CC0-1.0 AND BSD-2-Clause"
     folder = f"hopform-{told['Version']}.dist-info/licenses/"
     with zipfile.ZipFile(wheel) as archive:
         first = [archive.read(folder + name).split(b"\n")[0] for name in told.get_all("License-File")]
-    assert first == [b"MIT License", b"MIT No Attribution", b"Creative Commons Legal Code"]
+    assert first == [
+        b"MIT License", b"MIT No Attribution", b"BSD 2-Clause License", b"Creative Commons Legal Code",
+    ]  # fmt: skip
     assert [
         key for key in told if key.lower() in {"project-url", "home-page", "author-email", "maintainer-email"}
     ] == []

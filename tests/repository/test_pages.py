@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -30,6 +31,13 @@ def commands(page: str) -> list[list[str]]:
     return [
         shlex.split(line, comments=True) for line in re.findall(r"^(?:.venv/bin/)?hopform .*$", text_of(page), re.M)
     ]
+
+
+def has_joint(cache: Path, monkeypatch: pytest.MonkeyPatch, store: Path) -> None:
+    """Give the user another cache, with the joint of these sources: one that was built before keeps its own."""
+    (cache / "hopform" / "solvers").mkdir(parents=True)
+    (cache / "hopform" / "solvers" / "joint").symlink_to(built(store, SHIPPED / "joint.py"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
 
 
 EXAMPLES = """
@@ -123,8 +131,9 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
 
 
 @pytest.mark.sliced
-def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeypatch, capsys):
+def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeypatch, capsys, store):
     """Its mechanism, of which each command prints its comment, and one command for each thing that a reader has."""
+    has_joint(tmp_path / "cache", monkeypatch, store)
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text("utf-8")
     ((name, model),) = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
@@ -132,11 +141,38 @@ def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeyp
     assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
     shown = re.findall(r"^(hopform .*?) +# (.+)$", text, re.MULTILINE)
     doors = re.findall(r"^\|[^|]*\| `(hopform .*?)` \|", text, re.MULTILINE)
-    assert (len(shown), len(doors)) == (3, 7)
+    assert (len(shown), len(doors)) == (3, 8)
     for line, words in (*shown, *((each, "") for each in doors)):
         capsys.readouterr()
         assert cli.main(shlex.split(line)[1:]) == 0, line
         assert words in capsys.readouterr().out, line
+
+
+@pytest.mark.sliced
+@needs.fmus
+def test_the_page_on_fmus_says_what_its_programs_print(tmp_path, monkeypatch, store):
+    """Its blocks in their order, as a reader runs them: programs, those that others import or build, commands. An FMU
+    has the licence of the headers that it was compiled with.
+    """
+    has_joint(tmp_path / "cache", monkeypatch, store)
+    page = text_of("how-to/use-an-fmu.md")
+    rows = list[str]()
+    for language, text in re.findall(r"^```(\w*)\n(.*?)^```", page, re.DOTALL | re.MULTILINE):
+        if named := re.match(r"# (\w+\.py)\n", text):
+            (tmp_path / named[1]).write_text(text, "utf-8")
+            continue
+        lines = [shlex.split(line) for line in text.splitlines() if line.startswith(("hopform ", "pythonfmu3 "))]
+        runs = [["-c", text]] if language == "python" else [["-m", *words] for words in lines]
+        for arguments in runs:
+            command = [sys.executable, *arguments]
+            done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr
+            rows += [line for line in done.stdout.splitlines() if line.startswith("| ")]
+    assert len(rows) == 12 + 4 + 6 + 4 and [row for row in rows if f"{row}\n" not in page] == []
+    with ZipFile(tmp_path / "joint_fmu" / "joint.fmu") as archive:
+        licence = archive.read("documentation/licenses/fmi-headers.txt").decode()
+        _, terms, _ = archive.read("sources/fmi3Functions.h").decode().split("-" * 76)
+    assert licence.endswith(terms[1:]) and 'Modelica Association Project "FMI"' in licence
 
 
 def test_the_table_of_hops_under_each_controller_is_what_the_benchmark_prints():

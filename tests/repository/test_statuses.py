@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 C = ROOT / "generated" / "c"
 HEADER = (C / "include" / "hopform" / "hopform.h").read_text("utf-8")
 README = (C / "README.md").read_text("utf-8")
+FMU = (ROOT / "generated" / "packages" / "fmu" / "fmi3.c").read_text("utf-8")
 
 MACRO = re.compile(r"^#define HOPFORM_(\w+) \(?(-?\d+)\)? */\*\*< (.+) \*/$", re.MULTILINE)
 ROW = re.compile(r"^\| (-?\d+) \| `HOPFORM_(\w+)` \| (.+) \|$", re.MULTILINE)
@@ -90,6 +91,7 @@ LIMITS = {
     "bytes of a model file": building.LARGEST_MODEL,
     "bytes of any other file that is read": _files.LARGEST,
     "digits of a whole number in text": _checks.MOST_DIGITS,
+    "phases in a step of an FMU": int(re.findall(r"MOST_PHASES = (\d+)", FMU)[0]),
     "characters of a prefix": LONGEST_PREFIX,
 }
 
