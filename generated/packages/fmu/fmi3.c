@@ -568,7 +568,7 @@ static void restore_settings(Model *m) {
 #endif
 }
 
-/* Go on as another robot, or to another ground ahead. */
+/* Continue as another robot, or to another ground ahead. */
 static fmi3Status take_settings(Model *m, double least) {
     fmi3Status status = fmi3OK;
     if (m->robot_changed) {

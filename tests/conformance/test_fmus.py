@@ -374,7 +374,7 @@ def test_a_state_that_is_kept_and_set_again_goes_on_to_the_same_bits(store, name
 IN_ANOTHER_PROCESS = """
 import random, sys
 from pathlib import Path
-from tests.conformance.test_fmu import Started
+from tests.conformance.test_fmus import Started
 from tests.fmus import Fmu
 folder, packed, t, driven, u, horizon = sys.argv[1:]
 with Fmu(Path(folder)) as fmu:
