@@ -60,9 +60,13 @@ static int32_t resume_f32(stance_chain_f32 *chain, const hopform_plant_f32 *plan
     return ending_before_phase_f32(chain);
 }
 
-/* Put a plant to where a chain has ended. */
+/* Put a plant to where a chain has ended; rounding does not leave it beyond a stop, from where no flight is taken. */
 static void keep_chain_f32(hopform_plant_f32 *plant, const stance_chain_f32 *chain, bool begins) {
-    plant->state = chain->at.named;
+    const hopform_robot_f32 *robot = &chain->plan->robot;
+    state_by_axis_f32 at = chain->at;
+    at.of[HOPFORM_POSITION_AXIS] =
+        lesser_f32(greater_f32(at.of[HOPFORM_POSITION_AXIS], lower_stop_f32(robot)), upper_stop_f32(robot));
+    plant->state = at.named;
     plant->from_lower = chain->from_lower;
     plant->from_upper = chain->from_upper;
     plant->largest_y = chain->most_stretched;

@@ -60,9 +60,13 @@ static int32_t resume_f64(stance_chain_f64 *chain, const hopform_plant_f64 *plan
     return ending_before_phase_f64(chain);
 }
 
-/* Put a plant to where a chain has ended. */
+/* Put a plant to where a chain has ended; rounding does not leave it beyond a stop, from where no flight is taken. */
 static void keep_chain_f64(hopform_plant_f64 *plant, const stance_chain_f64 *chain, bool begins) {
-    plant->state = chain->at.named;
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    state_by_axis_f64 at = chain->at;
+    at.of[HOPFORM_POSITION_AXIS] =
+        lesser_f64(greater_f64(at.of[HOPFORM_POSITION_AXIS], lower_stop_f64(robot)), upper_stop_f64(robot));
+    plant->state = at.named;
     plant->from_lower = chain->from_lower;
     plant->from_upper = chain->from_upper;
     plant->largest_y = chain->most_stretched;

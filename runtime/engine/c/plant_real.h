@@ -60,9 +60,13 @@ static int32_t resume_real(stance_chain_real *chain, const hopform_plant_real *p
     return ending_before_phase_real(chain);
 }
 
-/* Put a plant to where a chain has ended. */
+/* Put a plant to where a chain has ended; rounding does not leave it beyond a stop, from where no flight is taken. */
 static void keep_chain_real(hopform_plant_real *plant, const stance_chain_real *chain, bool begins) {
-    plant->state = chain->at.named;
+    const hopform_robot_real *robot = &chain->plan->robot;
+    state_by_axis_real at = chain->at;
+    at.of[HOPFORM_POSITION_AXIS] =
+        lesser_real(greater_real(at.of[HOPFORM_POSITION_AXIS], lower_stop_real(robot)), upper_stop_real(robot));
+    plant->state = at.named;
     plant->from_lower = chain->from_lower;
     plant->from_upper = chain->from_upper;
     plant->largest_y = chain->most_stretched;

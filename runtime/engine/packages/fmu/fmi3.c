@@ -57,11 +57,12 @@ enum {
     ALL
 };
 
-/* The first value by which a motion is another one even where its input is the same. */
+/* The first value by which a motion is another one even where its input is the same, and the first that may be refused
+ * when it is taken. */
 #if HOPFORM_HAS_CONTACT
-enum { FIRST_OF_ROBOT = GAIN };
+enum { FIRST_OF_ROBOT = GAIN, FIRST_SETTING = GROUND };
 #else
-enum { FIRST_OF_ROBOT = PARAMETER };
+enum { FIRST_OF_ROBOT = PARAMETER, FIRST_SETTING = PARAMETER };
 #endif
 
 /* Where an instance is in its life. */
@@ -70,6 +71,7 @@ typedef enum { INSTANTIATED, INITIALIZING, IN_EVENTS, STEPPING, TERMINATED } Lif
 typedef struct {
     real value[VALUES];
     int32_t code[ALL - VALUES];
+    real taken[VALUES]; /* values that count, while others are set */
     Life life;
     real t;                   /* [s] now */
     real stop;                /* [s] INFINITY if the importer has none */
@@ -86,10 +88,12 @@ typedef struct {
     hopform_state_real takeoff; /* where the flight begins */
     hopform_flight_phase_real flown[ROOM];
     hopform_flight_real flight;
-    real left; /* [m] height of the ground that was left, or is stood on */
+    real under; /* [m] height of the ground that was left, or is stood on */
+    real left;  /* [m] the same; of a flight that began in the air, height of the foot there */
     bool flies;
     bool trips; /* the foot does not get above the ground ahead: no more happens */
     bool ground_changed;
+    int32_t taken_designed;
 #endif
     bool solved; /* else the motion goes on from where it was put at t */
     bool robot_changed, input_changed;
@@ -151,6 +155,25 @@ static fmi3Status check_parameter(const Model *m, int n, real value) {
     return refuse(m, "%s must be %s%s, got %s", p->name, p->allowed, p->unit, shown(value, text));
 }
 
+/* Whether a position that is started from lies within its stops, of which there may be but one. */
+static fmi3Status check_position(const Model *m, real below, real above) {
+    const real position = m->value[COORDINATE];
+    const char *name = name_of[COORDINATE];
+    char low[32];
+    char high[32];
+    char text[32];
+    const char *got = shown(position, text);
+    if (position >= below && position <= above) { return fmi3OK; }
+    if (!(below > -INFINITY)) {
+        return refuse(m, "%s must be <= %s %s, its upper stop, got %s", name, shown(above, high), UNIT_OF_STOPS, got);
+    }
+    if (!(above < INFINITY)) {
+        return refuse(m, "%s must be >= %s %s, its lower stop, got %s", name, shown(below, low), UNIT_OF_STOPS, got);
+    }
+    return refuse(m, "%s must be within its stroke %s .. %s %s, got %s", name, shown(below, low), shown(above, high),
+                  UNIT_OF_STOPS, got);
+}
+
 /* Why a plan, a start or a motion is refused, where no single number is out of its domain. */
 static fmi3Status refuse_status(const Model *m, int32_t status, const hopform_robot_real *robot) {
     char low[32];
@@ -162,12 +185,14 @@ static fmi3Status refuse_status(const Model *m, int32_t status, const hopform_ro
                       shown(above, high));
     }
     if (status == HOPFORM_ERROR_ROBOT && HOPFORM_REST_MAY_LACK) {
-        return refuse(m, "friction at rest must not be less than that in motion");
+        const excess_real more = excess_of_real(robot);
+        const real least = fmin(fmin(more.up_1, more.down_1), fmin(more.up_2, more.down_2));
+        return refuse(m, "friction at rest must not be less than that in motion, over the inertia it is by %s",
+                      shown(-least, low));
     }
-    const real position = m->value[COORDINATE];
-    if (status == HOPFORM_ERROR_STATE && STOPS_HOLD_FIRST && !(position >= below && position <= above)) {
-        return refuse(m, "%s must be within its stroke %s .. %s %s, got %s", name_of[COORDINATE], shown(below, low),
-                      shown(above, high), UNIT_OF_STOPS, shown(position, (char[32]){0}));
+    if (status == HOPFORM_ERROR_STATE && STOPS_HOLD_FIRST) {
+        const fmi3Status placed = check_position(m, below, above);
+        if (placed != fmi3OK) { return placed; }
     }
     for (size_t n = 0; n < sizeof refusals / sizeof refusals[0]; n++) {
         if (refusals[n].status == status) { return refuse(m, "%s", refusals[n].meaning); }
@@ -275,12 +300,11 @@ static fmi3Status solve_flight(Model *m) {
 }
 #endif
 
-/* The motion from the plant on, for `least` seconds at the least. */
+/* The motion from the plant on, for `least` seconds at the least, or LONGEST. */
 static fmi3Status solve_stance(Model *m, real least) {
     const real left = m->stop - m->t;
-    m->span = left < LONGEST ? left : LONGEST;
-    m->span = m->span > least ? m->span : least;
-    m->span = m->span > 0.0 ? m->span : LONGEST;
+    m->span = left > least ? left : least;
+    m->span = m->span > 0.0 && m->span < LONGEST ? m->span : LONGEST;
     m->u = INPUTS > 0 ? m->value[INPUT] : 0.0;
     m->ahead = m->plant;
     hopform_report_real report;
@@ -341,6 +365,7 @@ static fmi3Status pass(Model *m, const Next *next) {
         state.v2 = m->flight.v2_after;
         begin_at_real(&m->plant, &state);
         m->left += m->flight.ground;
+        m->under = m->left;
     } else {
         m->plant = m->ahead;
         m->takeoff = m->ahead.state;
@@ -365,11 +390,11 @@ static fmi3Status settle(Model *m) {
     const real dt = m->t - m->from;
 #if HOPFORM_HAS_CONTACT
     if (m->flies) {
-        if (!(dt > 0.0)) { return fmi3OK; }
         if (HOPFORM_FLIGHT_HAS_DECAY) {
             m->solved = true;
             return refuse(m, "no parameter can be changed in flight while the damper of the leg relaxes");
         }
+        if (!(dt > 0.0)) { return fmi3OK; }
         const int32_t read = hopform_flight_at_real(&m->plant.plan, m->flown, &m->flight, &dt, 1, &m->takeoff);
         m->takeoff.y -= m->flight.ground;
         return read < 0 ? refuse_status(m, read, &m->plant.plan.robot) : fmi3OK;
@@ -394,6 +419,15 @@ static void show_state(Model *m, const hopform_state_real *state) {
     const hopform_start_real start = start_of_state_real(&m->plant.plan.robot, state);
     memcpy(m->value + COORDINATE, &start, sizeof start);
 }
+
+#if HOPFORM_HAS_CONTACT
+/* A state of a flight, over the ground that was left. */
+static void show_in_air(Model *m, const hopform_state_real *state) {
+    hopform_state_real over = *state;
+    over.y -= m->left - m->under;
+    show_state(m, &over);
+}
+#endif
 
 static void show_mode(Model *m, int mode) {
     for (int n = 0; n < MASSES; n++) {
@@ -458,8 +492,8 @@ static fmi3Status show_flight(Model *m, bool before) {
         status = hopform_flight_energy_real(plan, m->flown, &m->flight, &since, 1, &energies, &ledger, &lost);
     }
     if (status < 0) { return refuse_status(m, status, &plan->robot); }
-    state.y -= m->flight.ground; /* over the ground that was left */
-    show_state(m, &state);
+    state.y -= m->flight.ground;
+    show_in_air(m, &state);
     real energy[ALL_ENERGIES];
     memcpy(energy, &energies, sizeof energies);
     for (int n = 0; n < ENERGIES; n++) {
@@ -505,47 +539,87 @@ static fmi3Status place(Model *m) {
     memcpy(&start, m->value + COORDINATE, sizeof start);
 #if HOPFORM_HAS_CONTACT
     const hopform_state_real state = state_from_start_real(&robot, &start);
-    m->flies = state.y < 0.0;
-    if (m->flies) {
+    m->flies = m->flies || state.y < 0.0; /* in flight it may be below the ground that was left */
+    if (m->flies) {                       /* from where the foot is, the leg relaxed */
         m->plant.plan = plan;
         m->takeoff = state;
+        m->takeoff.y = 0.0;
+        m->left = m->under - state.y;
         return fmi3OK;
     }
+    m->left = m->under;
 #endif
     const int32_t status = hopform_plant_begin_real(&m->plant, &robot, &start);
     return status < 0 ? refuse_status(m, status, &robot) : fmi3OK;
 }
 
-/* Take what has been set since the last time. A robot that is refused stays what it was. */
+/* What is set counts from here on: a later refusal leads back to it. */
+static void keep_settings(Model *m) {
+    memcpy(m->taken, m->value, sizeof m->taken);
+#if HOPFORM_HAS_CONTACT
+    m->taken_designed = m->code[DESIGNED - VALUES];
+#endif
+}
+
+static void restore_settings(Model *m) {
+    memcpy(m->value + FIRST_SETTING, m->taken + FIRST_SETTING, (VALUES - FIRST_SETTING) * sizeof(real));
+#if HOPFORM_HAS_CONTACT
+    m->code[DESIGNED - VALUES] = m->taken_designed;
+#endif
+}
+
+/* Continue as another robot, or to another ground ahead. */
+static fmi3Status take_settings(Model *m, real least) {
+    fmi3Status status = fmi3OK;
+    if (m->robot_changed) {
+#if HOPFORM_HAS_CONTACT
+        if (m->flies) {
+            show_in_air(m, &m->takeoff);
+        } else {
+            show_state(m, &m->plant.state);
+        }
+#else
+        show_state(m, &m->plant.state);
+#endif
+        status = place(m);
+    }
+#if HOPFORM_HAS_CONTACT
+    if (!m->robot_changed && m->solved && m->flies) { status = solve_flight(m); }
+#endif
+    return status == fmi3OK ? solve(m, least) : status;
+}
+
+/* Take what has been set since the last time. What is refused stays what it was, and the motion is as if it had not
+ * been set. */
 static fmi3Status take_changes(Model *m, real least) {
     fmi3Status status = fmi3OK;
 #if HOPFORM_HAS_CONTACT
     const bool listens = !m->flies; /* to its input; in flight the law of the return sets that */
+    const bool is_set = m->robot_changed || m->ground_changed;
 #else
     const bool listens = true;
+    const bool is_set = m->robot_changed;
 #endif
-    if (m->robot_changed || (m->input_changed && listens)) { status = settle(m); }
-    if (status == fmi3OK && m->robot_changed) {
-#if HOPFORM_HAS_CONTACT
-        show_state(m, m->flies ? &m->takeoff : &m->plant.state);
-#else
-        show_state(m, &m->plant.state);
-#endif
+    if (is_set) {
         const Model before = *m;
-        status = place(m);
-        if (status != fmi3OK) {
+        if (m->robot_changed) { status = settle(m); }
+        if (status == fmi3OK) { status = take_settings(m, least); }
+        if (status == fmi3OK) {
+            m->input_changed = m->input_changed && !m->robot_changed; /* taken with the robot */
+            keep_settings(m);
+        } else {
             *m = before;
-            memcpy(m->value + PARAMETER, &before.plant.plan.robot, sizeof before.plant.plan.robot);
+            restore_settings(m);
         }
-    }
+        m->robot_changed = false;
 #if HOPFORM_HAS_CONTACT
-    if (status == fmi3OK && m->ground_changed && m->solved && m->flies) { status = solve_flight(m); }
-    m->ground_changed = false;
+        m->ground_changed = false;
 #endif
-    m->robot_changed = false;
+    }
+    fmi3Status moved = m->input_changed && listens ? settle(m) : fmi3OK;
     m->input_changed = false;
-    const fmi3Status solved = solve(m, least);
-    return status == fmi3OK ? solved : status;
+    if (moved == fmi3OK) { moved = solve(m, least); }
+    return status == fmi3OK ? moved : status;
 }
 
 /* Pass all that happens at the time of the event that was reached. */
@@ -645,6 +719,7 @@ static fmi3Status initialize(Model *m) {
     m->input_changed = false;
 #if HOPFORM_HAS_CONTACT
     m->flies = false;
+    m->under = 0.0;
     m->ground_changed = false;
 #endif
     m->code[EVENT - VALUES] = 0;
@@ -654,6 +729,7 @@ static fmi3Status initialize(Model *m) {
     fmi3Status status = place(m);
     if (status == fmi3OK) { status = solve(m, 0.0); }
     if (status == fmi3OK) { status = show(m, false); }
+    keep_settings(m);
     if (m->life == INITIALIZING) { memcpy(m->value + COORDINATE, start, sizeof start); }
     return status;
 }
