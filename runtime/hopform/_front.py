@@ -56,7 +56,7 @@ GROUPS = {
 SOLVER = "hopform.solver"
 """Under which a context has what --solver names."""
 
-ABOUT_SOLVER = "solver to use, a name from `model list` or a folder as in ./DIR (runs its code); default: the hopper's"
+ABOUT_SOLVER = "solver to use, a name from `model list` or a folder as in ./DIR (runs its code); default: hopform's own"
 
 LONGEST = 2000
 """Characters of a message at most."""

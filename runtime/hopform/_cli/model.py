@@ -162,7 +162,7 @@ def summary(made: Made, facts: Facts) -> Iterator[RenderableType]:
 def model_list(json: bool = False) -> None:
     """List the solvers that are built, and the models that ship.
 
-    The hopper's solver ships; the others are those that `model build` put into the cache. `model build NAME` builds the
+    One solver ships with hopform; the others are those that `model build` put into the cache. `model build NAME` builds the
     solver of a model that ships.
     """
     found = [entry(DEFAULT.facts, DEFAULT.folder.library, None)]

@@ -38,6 +38,6 @@ def refusal(command: str) -> HopformError | None:
         return None
     if command == "equations":
         return HopformError(
-            f"equations are those of the hopper's paper: `hopform model show` prints those of {facts.name}"
+            f"the paper's equations are of another model: `hopform model show` prints those of {facts.name}"
         )
     return facts.cannot(act)

@@ -703,7 +703,7 @@ def _stance(task: _Task, answer: Answer, index: int, time: float, flight: Flight
 
 
 def _later(answer: Any, wait: float) -> Any:
-    """The current of an answer that is detected so much later; what is no answer as it is, for the stance to refuse."""
+    """The current of an answer that is detected after a delay; what is no answer as it is, for the stance to refuse."""
     if isinstance(answer, SupportsFloat) and np.ndim(cast(Any, answer)) == 0:
         return [(0.0, 0.0), (wait, answer)]
     steps = items("u", answer, "a current in A or steps (t, u)", MOST_STEPS)
