@@ -91,7 +91,7 @@ def test_a_command_that_the_model_does_not_have_is_refused_in_a_sentence(strange
     assert said == {
         f"no stance, flight{acts}{contact}"
         for acts in (" or hop", ", hop or identification", ", hop or controller", ", hop or map of apexes")
-    } | {f"equations are those of the hopper's paper: `hopform model show` prints those of {stranger.name}\n"}
+    } | {f"the paper's equations are of another model: `hopform model show` prints those of {stranger.name}\n"}
 
 
 def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model(stranger, capsys):
