@@ -17,7 +17,8 @@ import hopform
 import hopform.identify
 from hopform import _building as building
 from hopform import _front as cli
-from hopform._solver import build
+from hopform._solver import build, choice
+from hopform._solver import c as native
 from hopform._solver.folder import built_solvers
 from hopform.identify._synthetic import to_csv
 from tests.derived import built
@@ -275,13 +276,19 @@ def emptied(tmp_path, monkeypatch) -> Path:
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A compiler that takes no time."""
+    """A compiler that takes no time; what is loaded of it is forgotten, as other tests use the same models."""
 
     def compiled(folder, output, progress):
         output.write_bytes(b"a library")
         build.sealed(output)
 
     monkeypatch.setattr(build, "compile_solver", compiled)
+    tables: tuple[dict[str, object], ...] = (choice.SOLVERS, native.LIBRARIES)
+    before = [dict(each) for each in tables]
+    yield
+    for table, known in zip(tables, before, strict=True):
+        table.clear()
+        table.update(known)
 
 
 def test_a_model_that_ships_is_built_once_when_it_is_named(emptied, quick, capsys):
