@@ -239,7 +239,6 @@ def test_an_input_that_changes_every_millisecond_is_a_motion_of_as_many_steps(st
     motion = hopform.solve_motion(robot, start=start, u=steps, horizon=count * size)
     states, events = deviation(course, motion, end_of(motion, count * size), count * size)
     allowed = ULPS_OF_A_CHANGE * (len(steps) + len(motion.events))
-    print(name, len(steps), len(motion.events), motion.status, states, events)
     assert max(states, events) <= allowed and len(steps) > 40
 
 
