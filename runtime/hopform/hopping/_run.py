@@ -83,9 +83,9 @@ class Errors(Checked):
 
     x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and
     at those ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is
-    asked for, in stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and
-    so much later; until then no current flows, and the controller does not know. model: the robot that the controller
-    believes in.
+    asked for, in stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]:
+    further delay of it; until then no current flows, and the controller does not know. model: the controller's model of
+    the robot.
     """
 
     x1: float = field(default=0.0, metadata=by(finite, "m", 0.0))
