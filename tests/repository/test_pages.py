@@ -126,7 +126,9 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
 def test_the_page_on_a_joint_runs_from_its_first_line_to_its_last(tmp_path, monkeypatch, capsys):
     """Programs and commands in their order, in an empty folder: each reads what one before it has written."""
     monkeypatch.chdir(tmp_path)
-    pieces = re.findall(r"^```python\n(.*?)^```|^hopform (--solver [^\n]*)$", text_of("how-to/fit-a-joint.md"), re.DOTALL | re.M)
+    pieces = re.findall(
+        r"^```python\n(.*?)^```|^hopform (--solver [^\n]*)$", text_of("how-to/fit-a-joint.md"), re.DOTALL | re.M
+    )
     assert len(pieces) == 9
     for program, line in pieces:
         if program:
