@@ -53,8 +53,9 @@ def anchors(page: Path) -> set[str]:
 
 
 def links(page: Path) -> list[tuple[Path, str]]:
-    """The files and anchors that a page links to; addresses of the web are left out."""
-    found = re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", text_of(page)))
+    """The files and anchors that a page links to, in Markdown and in HTML; addresses of the web are left out."""
+    text = FENCE.sub("", text_of(page))
+    found = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r"""\s(?:href|src)=["']([^"']+)["']""", text)
     pairs = [link.partition("#")[::2] for link in found if ":" not in link]
     return [((page.parent / path).resolve() if path else page, anchor) for path, anchor in pairs]
 
@@ -69,6 +70,7 @@ def test_every_link_of_a_page_leads_somewhere(page):
 def test_links_and_anchors_are_found():
     assert sum(len(links(page)) for page in PAGES) > 100
     assert sum(bool(anchor) for page in PAGES for _, anchor in links(page)) > 10
+    assert ROOT / "docs" / "images" / "hopping.gif" in dict(links(README))  # in HTML
     assert "what-right-means" in anchors(ROOT / "docs" / "reference" / "model.md")
     assert "14" in anchors(ROOT / "generated" / "EQUATIONS.md")
 

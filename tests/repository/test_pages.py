@@ -130,6 +130,22 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
         exec(program, {})  # over what the commands have made
 
 
+@pytest.mark.nightly
+def test_the_page_on_a_joint_runs_from_its_first_line_to_its_last(tmp_path, monkeypatch, capsys):
+    """Programs and commands in their order, in an empty folder: each reads what one before it has written."""
+    monkeypatch.chdir(tmp_path)
+    pieces = re.findall(
+        r"^```python\n(.*?)^```|^hopform (--solver [^\n]*)$", text_of("how-to/fit-a-joint.md"), re.DOTALL | re.M
+    )
+    assert len(pieces) == 9
+    for program, line in pieces:
+        if program:
+            exec(program, {})
+        else:
+            assert cli.main(shlex.split(line)) == 0, line
+    assert "explains these recordings" in capsys.readouterr().out
+
+
 @pytest.mark.sliced
 def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeypatch, capsys, store):
     """Its mechanism, of which each command prints its comment, and one command for each thing that a reader has."""
@@ -138,10 +154,10 @@ def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeyp
     text = (ROOT / "README.md").read_text("utf-8")
     ((name, model),) = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
     Path(name).write_text(model, "utf-8")
-    assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
     shown = re.findall(r"^(hopform .*?) +# (.+)$", text, re.MULTILINE)
-    doors = re.findall(r"^\|[^|]*\| `(hopform .*?)` \|", text, re.MULTILINE)
-    assert (len(shown), len(doors)) == (3, 8)
+    cells = re.findall(r"^\|[^|]*\| (`hopform [^|]*) \|", text, re.MULTILINE)
+    doors = [line for cell in cells for line in re.findall(r"`([^`]+)`", cell)]
+    assert (len(shown), len(cells), len(doors)) == (3, 8, 9)
     for line, words in (*shown, *((each, "") for each in doors)):
         capsys.readouterr()
         assert cli.main(shlex.split(line)[1:]) == 0, line
@@ -212,13 +228,13 @@ def test_the_page_on_friction_says_what_its_program_and_its_board_print(tmp_path
     rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
     assert len(rows) == 6 and [row for row in rows if row not in page] == []
     assert cli.main(export) == 0
-    folder = Path("firmware", "examples", "machine")
+    package = Path("shoulder_firmware")
+    folder = package / "examples" / "machine"
     (code,) = re.findall(r"```c\n(.*?)```", page, re.DOTALL)
     assert code in (folder / "control.c").read_text("utf-8")
-    sources = [*folder.glob("*.c"), Path("firmware", "src", "hopform_f32.c")]
-    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-fno-math-errno", "-Ifirmware/include"]
-    own = [str(path) for path in sources if path.name != "startup.c"]
-    subprocess.run(["cc", *flags, *own, "-lm", "-o", "motion"], check=True)
+    sources = [*folder.glob("*.c"), package / "src" / "hopform_f32.c"]
+    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-fno-math-errno", f"-I{package}/include"]
+    subprocess.run(["cc", *flags, *map(str, sources), "-lm", "-o", "motion"], check=True)
     said = subprocess.run(["./motion"], capture_output=True, text=True, check=True).stdout
     printed = {tuple(line.rsplit(": ", 1)) for line in said.splitlines()}
     shown = re.findall(r"^\| ([^|]+) \| (\d+) \|$", page, re.MULTILINE)

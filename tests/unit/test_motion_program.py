@@ -77,7 +77,7 @@ def compiled(root: Path, precision: str = "f32", prefix: str = "hopform") -> Pat
         "library.o",
         cwd=root,
     )
-    files = sorted(file for file in program_in(root).glob("*.c") if file.name != "startup.c")
+    files = sorted(program_in(root).glob("*.c"))
     strict = [*STRICT, "-std=c99", "-Wpedantic", "-Wdouble-promotion"]
     run(*CC, *strict, "-I", root / "include", *files, "library.o", "-lm", "-o", "machine", cwd=root)
     return root / "machine"
@@ -299,7 +299,7 @@ def test_a_robot_adds_its_program_and_changes_nothing_else(solver, system):
     for path in full.keys() - bare.keys():
         assert "Do not edit" not in full[path] and not re.search(r"@\w+@", full[path]), path
         if path.name == "CMakeLists.txt":
-            listed = re.findall(r"[\w/]+\.c\b", full[path])
+            listed = re.findall(r"[\w/-]+\.c\b", full[path])
             assert all(path.parent / name in full for name in listed), path
 
 

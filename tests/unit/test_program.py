@@ -85,7 +85,7 @@ def libraries(tmp_path_factory):
 
 def hopper(root: Path, library: Path) -> Path:
     """The program of a package in C."""
-    files = sorted(file for file in program_in(root).glob("*.c") if file.name != "startup.c")
+    files = sorted(program_in(root).glob("*.c"))
     strict = [*STRICT, "-std=c99", "-Wpedantic", "-Wdouble-promotion"]
     run(*CC, *strict, "-I", root / "include", *files, library, "-lm", "-o", "hopper", cwd=root)
     return root / "hopper"
@@ -173,8 +173,9 @@ def test_the_program_lies_where_its_build_system_looks(system, files):
 
 @needs.library
 @pytest.mark.sliced
-def test_the_line_of_the_readme_for_any_compiler_makes_the_program(tmp_path):
-    root = exported(tmp_path / "package", "plain", precisions=("f32",))
+@pytest.mark.parametrize("system", ["plain", "cmake"])
+def test_the_line_of_the_readme_for_any_compiler_makes_the_program(tmp_path, system):
+    root = exported(tmp_path / "package", system, precisions=("f32",))
     (line,) = re.findall(r"^cc (.* -o hopper)$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
     run("sh", "-c", f"{shlex.join(CC)} {line}", cwd=root)
     assert hops_near_what_is_wanted(run(root / "hopper", cwd=root), root)
