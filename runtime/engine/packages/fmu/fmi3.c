@@ -26,7 +26,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PHASES = 64, ROOM = PHASES + 2, MOST_PHASES = 1000000, TEXT = 512 };
+enum { PHASES = 64, ROOM = PHASES + 2, MOST_PHASES = 100000, TEXT = 512 };
 
 #define LONGEST 1000.0
 
