@@ -89,7 +89,8 @@ def test_a_model_of_two_masses_takes_no_added_mass():
 def test_motion_alone_gives_all_per_kilogram_and_says_how(slide):
     open_scale = fit(slide, decay(CART), fitted=["m", "k", "b", "F", "x_0"], **ALONE)
     assert (
-        "m, k, b, F" in open_scale.statements[1] and "with m known as 1 all is per kg of m" in open_scale.statements[-1]
+        "m, k, b, F" in open_scale.statements[1]
+        and "give m=1 as known; the others are then per kg of m" in open_scale.statements[-1]
     )
     per_kilogram = fit(slide, decay(CART), fitted=["k", "b", "F", "x_0"], known={"m": 1.0}, **ALONE)
     assert holds(per_kilogram, k=700.0 / 0.6, b=2.0, F=0.4) == []

@@ -280,7 +280,7 @@ def test_what_is_not_whole_in_the_cache_is_built_once_more(title_of, quick, cach
         file = folder / files[damage]
         file.write_bytes(file.read_bytes()[:-100])
     assert "is built in" in make() and title_of(folder) == "first"
-    assert "was there already" in make() and [path.name for path in cache.iterdir()] == ["first"]
+    assert "was built before" in make() and [path.name for path in cache.iterdir()] == ["first"]
 
 
 def test_what_killed_builds_left_goes_at_the_next_build_a_day_later(quick, cache, capsys):
