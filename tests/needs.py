@@ -40,6 +40,11 @@ def sliced(*parameters: tuple[object, ...]) -> list:
     return [pytest.param(*each, marks=pytest.mark.sliced) for each in parameters]
 
 
+def at_night(values: Sequence[str], *others: str) -> list:
+    """Parameters of a slow test of which these others are tried at night alone."""
+    return [pytest.param(each, marks=pytest.mark.nightly) if each in others else each for each in values]
+
+
 def the_first(values: Sequence[object], count: int = 1) -> list:
     """Parameters of a slow test: the first always, the others with `make test-slices`."""
     return [*values[:count], *sliced(*((value,) for value in values[count:]))]

@@ -57,14 +57,14 @@ def sources(store, tmp_path) -> Callable[[str], Path]:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", needs.at_night(MODELS, "servo", "hopper"))
 def test_compilers_find_nothing_to_warn_of(sources, compiler, name):
     folder = sources(name)
     include = ("-I", folder, "-I", folder / "include")
     run_compiler(*compiler, "-std=c99", "-O1", *WARNINGS, *include, "-c", folder / "fmi3.c", "-o", folder / "fmi3.o")
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", needs.at_night(MODELS, "servo", "hopper"))
 def test_random_calls_leave_nothing_for_the_sanitizers(sources, name):
     """Calls in any order with any numbers: two instances, states that are kept, set, packed and unpacked."""
     folder = sources(name)
@@ -108,7 +108,9 @@ reader = pytest.mark.skipif(
 
 @zig
 @reader
-@pytest.mark.parametrize("platform", [*_fmu.BINARIES])
+@pytest.mark.parametrize(
+    "platform", needs.at_night([*_fmu.BINARIES], "x86_64-linux", "x86_64-darwin", "aarch64-darwin")
+)
 def test_zig_makes_a_library_of_another_platform_that_exports_fmi_alone(hopper_c, tmp_path, platform):
     library = library_of(hopper_c, platform)
     begins = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}[platform.rpartition("-")[2]]

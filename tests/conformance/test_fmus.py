@@ -29,6 +29,8 @@ from tests.seeds import SEED
 pytestmark = [needs.library, pytest.mark.sliced]
 STANDS = ("hopper", "leg_damper", "second_spring", "cable", "back_emf")
 """Models with a contact."""
+EVERY = needs.at_night([*EQUATIONS], "back_emf", "cable", "second_spring", "slide", "cart", "pendulum", "sea_held")
+"""All models that ship: their FMUs take seconds to compile, and those of one kind of equations are alike."""
 STEPS = (0.1, 0.01, 0.001)
 """[s] communication steps."""
 EPS = float(np.finfo(float).eps)
@@ -138,7 +140,7 @@ def begun(fmu: Fmu, case: Case, robot: Any, u: float, **how: Any) -> Fmu:
 # ---- what a description says ----
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_fmpys_validator_finds_nothing(store, name):
     robot = robot_of(store, name)
     assert validate_fmu(str(unpacked(store, robot))) == []
@@ -149,7 +151,7 @@ def test_fmpys_validator_finds_nothing(store, name):
 # ---- steps ----
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_any_communication_step_gives_the_bits_of_the_motion(store, name):
     """Under a constant input: states and times of events, the values on both sides of each, and which event comes next."""
     robot, made, seen = robot_of(store, name), solver(store, name), 0
@@ -192,7 +194,7 @@ def test_any_communication_step_gives_the_bits_of_the_motion(store, name):
     assert seen > 3
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_an_input_that_changes_at_any_time_is_a_step_of_the_motion(store, name):
     """Few changes: what both round stays within units in the last place, and the events are the same."""
     robot, made, draw = robot_of(store, name), solver(store, name), random.Random(f"{name} changes")
@@ -243,7 +245,7 @@ def busy(store: Any, name: str) -> tuple[Any, dict[str, float], list[float]]:
     raise AssertionError(f"no case of {name} has events")
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_an_input_that_changes_every_millisecond_is_a_motion_of_as_many_steps(store, name):
     """1000 changes, or up to a take-off: what a change adds is bounded for each of them, and for each event."""
     robot, start, values = busy(store, name)
@@ -288,7 +290,7 @@ def test_an_fmu_is_no_further_from_the_truth_than_the_motion(store, seed):
 # ---- what is shown ----
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_forces_energies_and_modes_are_those_of_the_motion(store, name):
     """At communication points, to the bit; what an output shows at an event belongs to the side that it shows."""
     robot, made, compared = robot_of(store, name), solver(store, name), 0
@@ -494,7 +496,7 @@ def test_a_reset_has_the_starts_of_the_description_again(store):
 # ---- parameters between steps ----
 
 
-@pytest.mark.parametrize("name", EQUATIONS)
+@pytest.mark.parametrize("name", EVERY)
 def test_a_parameter_that_is_set_between_steps_begins_a_motion_of_the_other_robot(store, name):
     """Piece by piece: from the state there a motion of the robot with the new value, to the bit."""
     robot, made, draw, pieces = robot_of(store, name), solver(store, name), random.Random(f"{name} tuned"), 0
@@ -573,7 +575,7 @@ def test_a_parameter_that_is_set_in_flight_begins_a_flight_of_the_other_robot(
         assert np.max(np.abs(np.subtract(stop.right, flight.touchdown))) <= STATE_ULPS * EPS
 
 
-@pytest.mark.parametrize("name", STANDS)
+@pytest.mark.parametrize("name", needs.at_night(STANDS, *STANDS[2:]))
 def test_a_start_in_the_air_is_a_flight_to_the_ground(store, name):
     """The actuator away from its origin, the ground ahead higher or lower: events, and the touchdown."""
     robot = robot_of(store, name)
