@@ -1,11 +1,13 @@
 """Derivatives by chosen columns, by single steps and their times; batches with steps, times and all that is read."""
 
+import ctypes
+
 import numpy as np
 import pytest
 
 import hopform
 from hopform._solver import package
-from hopform._solver.c import C
+from hopform._solver.c import C, plan_of
 from hopform._solver.package import Asked, LegState, column_of_step, column_of_step_time
 
 COUNT = 40
@@ -122,3 +124,73 @@ def test_inputs_that_do_not_fit_the_steps_are_refused(hopper_c, compiled):
     ):
         with pytest.raises(hopform.HopformError, match=r"u has \d inputs? of steps"):
             batch(compiled, hopper_c.parameters, u, asked, {"compressions": np.empty(5)}, 2.0, np.full(5, -1.0))
+
+
+PRECISIONS = pytest.mark.parametrize("dtype", [np.dtype(np.float32), np.dtype(np.float64)], ids=str)
+
+
+@PRECISIONS
+def test_no_column_and_no_time_are_read_as_nothing(hopper_c, compiled, dtype):
+    start = LegState(0.0, 0.0, -1.9, 0.0)
+    found = compiled.solve_stance(hopper_c.parameters, start, STEPS, 2.0, 64, dtype)
+    times = np.array([0.0, 0.02, 0.1], dtype)
+    np.testing.assert_array_equal(found.tangents(times, [7, 0])[1], found.tangents(times)[1][..., [7, 0]])
+    assert found.tangents(times, [])[1].shape == (3, 4, 0)
+    assert found.tangents(times[:0], [7])[0].x1.size == 0
+
+
+@PRECISIONS
+def test_a_stance_that_rests_is_followed_beyond_its_ending(hopper_c, compiled, dtype):
+    start = LegState(0.0, 0.0, -0.02, 0.03)
+    found = compiled.solve_stance(hopper_c.parameters, start, ((0.0, 0.0),), 5.0, 64, dtype)
+    ending, duration = found.outcome()[:2]
+    assert package.STATUS[ending] == "rest"
+    at = np.array([duration, duration + 1.0, duration + 2.0], dtype)
+    states, tangents = found.tangents(at, [7, 4])
+    assert (np.array(states)[:, 1:] == np.array(states)[:, :1]).all() and np.isfinite(tangents).all()
+
+
+@PRECISIONS
+def test_a_fall_whose_square_is_no_number_has_no_derivative(hopper_c, compiled, dtype):
+    """The apex's derivative by g divides by it."""
+    robot = hopper_c.with_parameters({"g": 0.1 * float(np.finfo(dtype).smallest_subnormal) ** 0.5})
+    found = compiled.solve_stance(robot.parameters, LegState(0.0, 0.0, -1.9, 0.0), STEPS, 2.0, 64, dtype)
+    assert package.STATUS[found.outcome()[0]] == "takeoff"
+    assert np.isnan(found.sensitivities([0])).all()
+
+
+FLIGHTS = {
+    "returns by gains": ((0.01, 0.2, 1.5), 0.0, (2000.0, 200.0), 10.0, "touchdown"),
+    "hits the upper stop": ((0.999, 2.0, 1.5), 0.0, (0.0, 0.0), 10.0, "touchdown"),
+    "hits the lower stop": ((-0.999, -2.0, 1.5), 0.0, (0.0, 0.0), 10.0, "touchdown"),
+    "does not get above the ground": ((0.01, 0.0, 1.5), 0.5, None, 10.0, "tripped"),
+    "is short": ((0.01, 0.0, 0.2), 0.0, None, 10.0, "touchdown"),
+    "is still in the air": ((0.01, 0.0, 1.5), 0.0, None, 0.05, "horizon"),
+}
+"""x1 over the stroke, v1, v2; ground, gains, horizon, ending."""
+
+
+@PRECISIONS
+@pytest.mark.parametrize("kind", FLIGHTS)
+def test_columns_of_a_flight_are_those_of_all_in_either_precision(hopper_c, compiled, dtype, kind):
+    (x1, v1, v2), ground, gains, horizon, ending = FLIGHTS[kind]
+    robot = hopper_c.with_parameters({"x1_min": -0.02, "x1_max": 0.02, "f1": 0.0})
+    start = LegState(0.02 * x1, v1, v2, 0.0)
+    law = None if gains is None else package.Gains(*gains)
+    flight = compiled.solve_flight(robot.parameters, start, ground, law, horizon, 64, dtype)
+    assert package.FLIGHT_STATUS[flight.flight.ending] == ending
+    every = flight.sensitivities(tuple(range(len(package.OURS.elements.FLIGHT_COLUMNS))))
+    np.testing.assert_array_equal(flight.sensitivities((3, 1)), every[:, [3, 1]])
+    assert flight.call("flight_sensitivities", (ctypes.c_int32 * 1)(), ctypes.c_int32(0), None) == 0
+    same = (ctypes.c_int32 * 64)(1)
+    with pytest.raises(hopform.HopformError, match="overlaps"):
+        flight.call("flight_sensitivities", same, ctypes.c_int32(1), same)
+
+
+@PRECISIONS
+def test_a_return_within_no_time_has_no_gains(hopper_c, compiled, dtype):
+    types = compiled.library.types(dtype)
+    least, gains = types.real(float(np.finfo(dtype).tiny)), types.Gains(1.0, 1.0)
+    with pytest.raises(hopform.HopformError, match="out of the range"):
+        compiled.library.call("design_return", types, plan_of(types, hopper_c.parameters), least, ctypes.byref(gains))
+    assert (gains.Kp, gains.Kd) == (0.0, 0.0)

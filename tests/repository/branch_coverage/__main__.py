@@ -28,8 +28,8 @@ INPUTS = 20_000
 MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500")
 """Random robots, commands and contact samples of the digest."""
 
-TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "forces", "grid",
-         "hopping", "many_hops", "plant", "properties", "reachability", "selftest", "sensitivities",
+TESTS = ("bad_input", "batch", "batch_sensitivities", "chosen_columns", "control", "cube_root", "false_root", "flight",
+         "flights", "forces", "grid", "hopping", "many_hops", "motions_over_time", "plant", "properties", "reachability", "selftest", "sensitivities",
          "single_precision_control", "stance", "stance_object", "start", "tangents", "ties", "touchdown")  # fmt: skip
 MODELS, MOTIONS = ("leg_damper", "pogo", "servo"), 100
 """Of what the hopper lacks: a damper in the leg, for two masses and for one, and a law of the motor; motions of each draw."""
