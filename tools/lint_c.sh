@@ -7,7 +7,8 @@ cd "$(dirname "$0")/.."
 include=generated/c/include
 by_hand() {
     .venv/bin/clang-format --style=file:runtime/engine/.clang-format "$@" \
-        runtime/engine/c/*.[ch] runtime/engine/c/notes/*.c runtime/engine/c/workstation/*.[ch] runtime/engine/packages/fmu/fmi3.c runtime/engine/packages/fmu/absent.h docs/play/*.c \
+        runtime/engine/c/*.[ch] runtime/engine/c/notes/*.c runtime/engine/c/workstation/*.[ch] \
+        runtime/engine/packages/fmu/*.[ch] docs/play/*.c \
         derive/emit/*.c
 }
 case "${1:-}" in

@@ -117,7 +117,9 @@ def archive(robot: Robot, inputs: Sequence[str] = (), binaries: Sequence[str] = 
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in sorted(entries.items()):
-            file.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+            about = zipfile.ZipInfo(name)  # without a time
+            about.external_attr = 0o644 << 16  # readable for whoever shares it once it is unpacked
+            file.writestr(about, content, zipfile.ZIP_DEFLATED)
     return packed.getvalue()
 
 

@@ -23,26 +23,25 @@ def export(
     A package has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for
     a board, or simulated. An FMU is for FMI 3.0 co-simulation; it has the robot's values as starts.
     """
-    if system == _fmu.SYSTEM:
-        of_packages = {"--prefix": prefix != "hopform", "--f32": f32, "--f64": f64}
-        if given := next((option for option, is_given in of_packages.items() if is_given), None):
-            raise HopformError(f"{given} is of packages: an FMU is in double precision, under FMI's names")
+    of_packages = {"--prefix": prefix != "hopform", "--f32": f32, "--f64": f64}
+    of_fmus = {"--input": bool(inputs), "--binary": bool(binaries)}
+    is_fmu = system == _fmu.SYSTEM
+    if given := [option for option, is_given in (of_packages if is_fmu else of_fmus).items() if is_given]:
+        of_packages_alone = "of packages: an FMU is in double precision, under FMI's names"
+        raise HopformError(
+            f"{given[0]} is {of_packages_alone if is_fmu else f'of --for fmu, got --for {shown(system)}'}"
+        )
+    if is_fmu:
         files = _fmu.export(folder, robot_in_use(robot, values, "motion"), inputs or (), binaries or ())
-        if json:
-            print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
-        else:
-            print(*(name_of(folder / file) for file in files), sep="\n")
-        return
-    if inputs or binaries:
-        raise HopformError(f"--{'input' if inputs else 'binary'} is of --for fmu, got --for {shown(system)}")
-    chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    act = "hop" if "stance" in core().facts.can else "motion"
-    own = robot_in_use(robot, values, act) if robot or values else None
-    files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen, own, core()))
-    if json:
-        print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
+        written = name_of(folder / files[0])
     else:
-        print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
+        chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
+        act = "hop" if "stance" in core().facts.can else "motion"
+        own = robot_in_use(robot, values, act) if robot or values else None
+        files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen, own, core()))
+        written = f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}"
+    listed = {"folder": str(folder), "files": [file.as_posix() for file in files]}
+    print(json_module.dumps(listed, indent=2) if json else written)
 
 
 def selftest(json: bool = False) -> None:
