@@ -20,4 +20,4 @@ Read in this order, which is also the order of the imports:
     prove/            identities by algebra, and each formula at 40 digits against the elements of the file
 """
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"

@@ -3,14 +3,14 @@
 #
 # run: this checkout, editable, with the extras below. Any other name is a dependency group of pyproject.toml beside
 # that. A group names this checkout for its extras alone: it is there, so pip leaves it, and .venv stays usable.
-# A stamp, written last, says for which checkout, pyproject.toml and script; a moved, copied or half-made .venv is made
-# anew.
+# A stamp, written last, says for which checkout, pyproject.toml, script and version (derive/__init__.py), which is
+# installed with the checkout; a moved, copied or half-made .venv is made anew.
 set -eu
 wanted=$1
 extras=derive,identify,plot
 cd "$(dirname "$0")/.."
 here=$(pwd)
-current="$here $(cat pyproject.toml tools/venv.sh | cksum)"
+current="$here $(cat pyproject.toml tools/venv.sh derive/__init__.py | cksum)"
 
 case "$wanted" in # what is there with it
 run) holds="run" ;;

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from hopform_solver import VERSION
-from tests.repository.released import RECORD, found, moved, needs_a_format
+from tests.repository.released import RECORD, ROOT, found, moved, needs_a_format
 
 RELEASED = json.loads(RECORD.read_text("utf-8"))
 RENEW = "a release of another minor version takes `python -m tests.repository.released`"
@@ -18,6 +18,14 @@ def test_nothing_that_was_released_is_gone_or_another():
 
 def test_the_record_is_of_this_minor_version():
     assert RELEASED["version"].split(".")[:2] == VERSION.split(".")[:2], RENEW
+
+
+def test_the_page_and_the_citation_have_this_version():
+    minor = VERSION.rpartition(".")[0]
+    page = (ROOT / "docs" / "reference" / "versions.md").read_text("utf-8")
+    assert f"`hopform~={minor}.0`" in page and f"`find_package(hopform {minor})`" in page
+    assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\n## [{VERSION}] - 20" in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
 def test_the_record_has_each_language():

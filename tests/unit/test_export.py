@@ -16,6 +16,7 @@ import hopform
 from derive.__main__ import main as derive
 from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources, struct_of
 from hopform._front import main
+from hopform_solver import VERSION
 from tests import needs
 from tests.derived import SHIPPED, solver_of
 from tests.needs import the_first
@@ -198,7 +199,7 @@ def test_the_ten_lines_of_the_readme_compile(packages, tmp_path):
 # ---- CMake: a project of its own consumes the package in three ways ----
 
 WAYS = {
-    "find_package": "find_package(hopform 0.1 REQUIRED)",
+    "find_package": f"find_package(hopform {VERSION.rpartition('.')[0]} REQUIRED)",
     "add_subdirectory": 'add_subdirectory("${PACKAGE}" hopform)',
     "FetchContent": (
         'include(FetchContent)\nFetchContent_Declare(hopform SOURCE_DIR "${PACKAGE}")\n'

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LAYOUT = "a06dd61c69743ea2"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
 """Of what generated it."""
 
 __all__ = [
