@@ -1,8 +1,8 @@
-/* The page to play with, as far as it computes: a run of hops over rough ground, its samples, a map of reachability.
+/* The computation of the page to play with: a run of hops over rough ground, its samples, a map of reachability.
  *
- * Everything is answered by the library's public functions; this file keeps their buffers and adds up times, heights
- * and energies as hopform.hopping.simulate does, to the same bits. Compiled to WebAssembly it imports nothing. The page
- * writes arrays, calls a function and reads arrays: SI units, double precision; heights over level 0.
+ * It calls the library's public functions, keeps their buffers, and adds times, heights and energies bit for bit as
+ * hopform.hopping.simulate. Compiled to WebAssembly it imports nothing. The page writes arrays, calls a function and
+ * reads arrays, in SI units and double precision, with heights over level 0.
  */
 #include "hopform.h"
 
@@ -46,7 +46,7 @@ typedef struct {
     hopform_flight_f64 flight;
 } leg;
 
-static hopform_plan_f64 plan, model; /* of the robot, and of the one that the controller believes in */
+static hopform_plan_f64 plan, model; /* of the robot, and of the controller's model */
 static hopform_search_f64 search;
 static hopform_phase_f64 work[PHASES], stance_phases[KEPT];
 static hopform_flight_phase_f64 flight_phases[KEPT];

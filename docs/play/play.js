@@ -1,4 +1,4 @@
-// The page to play with: controls, pictures and tables. Every number comes from the wasm; here is no physics.
+// The page to play with: controls, pictures and tables. The WebAssembly module computes every number.
 
 const facts = JSON.parse(document.getElementById("facts").textContent);
 const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "duration", "apex", "aed", "events",
@@ -16,7 +16,7 @@ async function solver() {
   return (await WebAssembly.instantiate(bytes, {})).instance.exports;
 }
 const c = await solver().catch((error) => {
-  id("status").textContent = `The page computes in WebAssembly, which this browser lacks or refuses: ${error.message}.`;
+  id("status").textContent = `This page needs WebAssembly, which this browser does not run: ${error.message}.`;
   id("status").classList.add("error");
   throw error;
 });
@@ -38,7 +38,7 @@ for (const robot of Object.values(facts.robots))
 const START = { robot: "hopper_c", mode: "controller", h_des: 0.2, u: 3, height: 0.2, terrain: "rough", size: 0.02,
   seed: 1, hops: 12, wrong: 0, speed: 0.25, start: "drop", window: "hop" };
 const CHOICES = ["robot", "mode", "terrain", "start", "window"];
-const state = { ...START, time: NaN, parameters: {} }; // no time: that at which playback starts
+const state = { ...START, time: NaN, parameters: {} }; // no time: playback starts at its beginning
 const preset = () => facts.robots[state.robot].values;
 
 function readUrl() {
@@ -65,7 +65,7 @@ const writeUrl = onceASecond(() => {
 const writeToml = () => `name = "mine"\n${facts.fields
   .map(({ name, unit, meaning }) => `${name} = ${repr(state.parameters[name])} # [${unit}] ${meaning}\n`).join("")}`;
 
-// ---- ground: heights that anybody can read off the table, equal in every browser ----
+// ---- ground: rounded heights, equal in every browser ----
 
 function ground() {
   let seed = state.seed >>> 0;
@@ -109,7 +109,7 @@ function solve() {
 const startOfPlayback = () => (state.start === "touchdown" && run.hops.length ? run.hops[0].touchdown_time : 0);
 const outcome = (status, hops) => facts.outcomes[status].replace("{}", hops).replace("{}", hops === 1 ? "" : "s");
 
-// How many commands miss the desired apex; the table of the hops has the status of each.
+// The number of commands that miss the desired apex; the table of hops has the status of each.
 function notReached() {
   const missed = run.hops.filter(({ command }) => command && word("COMMANDS", command).text !== "reached").length;
   return missed ? `; desired apex not reached in ${missed} of ${run.hops.length} hops` : "";
@@ -169,7 +169,7 @@ const path = (points, x, y) => {
   }).join("");
 };
 
-// Named curves and where their names stand, line by line between two edges.
+// The legend: named curves with the places of their names, in lines between two edges.
 function placed(curves, left, right) {
   let x = left, y = 13;
   return curves.map((curve) => {
@@ -180,7 +180,7 @@ function placed(curves, left, right) {
   });
 }
 
-// Axes, curves {label, points, class, dashed} and what lies behind them; returns the scales.
+// Draw axes and curves {name, points, colour, dashed} over a background; return the scales.
 function plot(svg, { from, to, label, curves, tall = 190, behind = () => [], low = [], square = false }) {
   const wide = Math.max(320, svg.clientWidth || 800), left = 52, right = 12, bottom = 34;
   const legend = placed(curves.filter((curve) => curve.name), left, wide - right), top = 9 + legend.at(-1).y;
@@ -295,7 +295,7 @@ function drawMap() {
   });
 }
 
-// The hopper, where it is at a time; it walks along its ground so that each hop has a place of its own.
+// The hopper at a time; it moves along its ground so that each hop has its own place.
 function drawScene() {
   const svg = id("scene"), wide = Math.max(320, svg.clientWidth || 800), tall = narrow.matches ? 220 : 300;
   svg.setAttribute("viewBox", `0 0 ${wide} ${tall}`);

@@ -1,4 +1,4 @@
-// What comes from outside: the page's address, and robot files, which are read to the numbers of hopform.load_robot.
+// Inputs of the page: its address, and robot files, which are read to the numbers of hopform.load_robot.
 
 const number = (text) => {
   const plain = text.trim().replaceAll("_", "");
@@ -16,8 +16,8 @@ function repr(value) {
   return plain.includes(".") ? plain : `${plain}.0`;
 }
 
-// `write` at most once a second: the first call at once, those that follow together when the second is over. Safari
-// throws at the 101st change of an address in 30 s; what throws is left until the next call.
+// Call `write` at most once a second: at the first call, and once more after a second if others came. Safari throws at
+// the 101st change of an address in 30 s; the next call writes again.
 function onceASecond(write) {
   let waiting = false, again = false;
   const now = () => {
@@ -28,7 +28,7 @@ function onceASecond(write) {
     }, 1000);
     try {
       write();
-    } catch { /* an address that stays behind is no reason for pictures that do */ }
+    } catch { /* the pictures must not wait for the address */ }
   };
   return () => {
     if (waiting) again = true;
@@ -36,14 +36,14 @@ function onceASecond(write) {
   };
 }
 
-// Whether a number lies in a domain, as in Python: an end that is not allowed, or infinity, is left out.
+// Whether a number lies in a domain, as in Python; excluded ends and infinity are outside.
 function inside({ low, high, with_low, with_high }, value) {
   const [least, most] = [number(low), number(high)];
   const above = with_low ? value >= least : value > least, below = with_high ? value <= most : value < most;
   return above && below;
 }
 
-// Why parameters are no robot that hops, in the words of Python; "" if they are.
+// Why parameters are refused, in the words of Python; "" if they are a robot that hops.
 function refusalOf(parameters, { fields, domains }) {
   for (const { name, unit, domain } of fields) {
     const of = domains[domain], value = parameters[name], shown = unit === "1" ? "" : ` ${unit}`;
@@ -54,7 +54,7 @@ function refusalOf(parameters, { fields, domains }) {
   return g > 0 ? "" : `hopping needs g > 0 m/s^2, got ${repr(g)}`;
 }
 
-// The warnings that hold of readings, by the table that Python goes through.
+// The warnings whose conditions the readings meet, from Python's table.
 const HOLDS = { "<": (a, b) => a < b, "==": (a, b) => a === b, ">": (a, b) => a > b };
 
 function warningsOf(table, readings) {
@@ -65,7 +65,7 @@ function warningsOf(table, readings) {
   return table.filter(holds).map(({ text }) => text.replace(/\{(\w+)(!r|:\.6g)\}/g, shown));
 }
 
-// The state that an address asks for: words of their lists and finite numbers, else those of `start`.
+// The state in an address: words of their lists and finite numbers, else the values of `start`.
 function stateOf(address, start, words) {
   const asked = new URLSearchParams(address), found = { ...start };
   for (const [key, otherwise] of Object.entries(start)) {
@@ -76,7 +76,7 @@ function stateOf(address, start, words) {
   return found;
 }
 
-// ---- TOML 1.0, as far as a robot can be written in it: without dates, which no robot has ----
+// ---- TOML 1.0 without dates, which no robot has ----
 
 const LARGEST = 2 ** 20, MOST_DIGITS = 4300, DEEPEST = 64; // bytes of a file, as for load_robot; digits, as for Python
 const ESCAPE = String.raw`\\(?:[btnfr"\\]|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8})`;
@@ -103,7 +103,7 @@ function unescaped(raw, fail) {
     const code = four ?? eight;
     if (code === undefined) return letter === undefined ? "" : ESCAPED[letter] ?? letter;
     const point = parseInt(code, 16);
-    if (point > 0x10ffff || (point >= 0xd800 && point < 0xe000)) fail("a character that Unicode has is wanted");
+    if (point > 0x10ffff || (point >= 0xd800 && point < 0xe000)) fail("not a Unicode character");
     return String.fromCodePoint(point);
   });
 }
@@ -131,7 +131,7 @@ function tablesOf(text) {
     do {
       take("blank");
       const bare = take("bare"), quoted = bare ? null : take("line"), found = bare ?? quoted ?? take("rawLine");
-      if (!found) fail(`name = number is wanted, got ${take("any")[0].trim()}`);
+      if (!found) fail(`expected name = number, got ${take("any")[0].trim()}`);
       path.push(bare ? bare[0] : quoted ? unescaped(quoted[1], fail) : found[1]);
       take("blank");
     } while (accept("."));
@@ -168,7 +168,7 @@ function tablesOf(text) {
     for (take("gap"); !accept("]"); take("gap")) {
       found.push(value(name, depth + 1));
       take("gap");
-      if (!accept(",")) return accept("]") ? found : fail(`${name}: a list ends with ]`);
+      if (!accept(",")) return accept("]") ? found : fail(`${name}: expected ] after the list`);
     }
     return found;
   }
@@ -178,24 +178,24 @@ function tablesOf(text) {
     take("blank");
     if (accept("}")) return found;
     do pair(found, depth + 1); while (accept(","));
-    return accept("}") ? found : fail(`${name}: a table ends with }`);
+    return accept("}") ? found : fail(`${name}: expected } after the table`);
   }
 
-  // One name and its value; a dotted name stands in the table fit, of which it is the only one to say something.
+  // One name and its value. Dotted names belong to the table fit, which then has no header of its own.
   function pair(table, depth) {
     const path = key(), [name] = path;
-    if (!accept("=")) fail(`${path.join(".")} = number is wanted`);
+    if (!accept("=")) fail(`expected ${path.join(".")} = number`);
     take("blank");
     const begins = here(), found = value(path.join("."), depth);
     take("blank");
     let into = table;
     if (path.length > 1) {
-      if (table !== root || name !== "fit" || path.length > 2) fail(`no parameter ${path.join(".")}`);
+      if (table !== root || name !== "fit" || path.length > 2) fail(`unknown parameter ${path.join(".")}`);
       if (!root.has("fit")) root.set("fit", { value: Object.assign(new Map(), { dotted: true }), line: begins });
       into = root.get("fit").value;
-      if (!into.dotted) fail("fit is there twice");
+      if (!into.dotted) fail("duplicate table [fit]");
     }
-    if (into.has(path.at(-1))) fail(`${path.join(".")} is there twice`);
+    if (into.has(path.at(-1))) fail(`duplicate key ${path.join(".")}`);
     into.set(path.at(-1), { value: found, line: begins });
   }
 
@@ -205,25 +205,26 @@ function tablesOf(text) {
     if (source[at] === "[") {
       at++;
       const path = key();
-      if (!accept("]") || path.join(".") !== "fit" || path.length > 1) fail("no table but [fit] is known");
-      if (root.has("fit")) fail("fit is there twice");
+      if (!accept("]") || path.join(".") !== "fit" || path.length > 1) fail("unknown table, allowed is [fit]");
+      if (root.has("fit")) fail("duplicate table [fit]");
       root.set("fit", { value: (table = new Map()), line: here() });
       take("blank");
     } else if (at < source.length && source[at] !== "#") pair(table, 0);
     take("comment");
-    if (at < source.length && !accept("\n")) fail(`the end of the line is wanted, got ${take("any")[0].trim()}`);
+    if (at < source.length && !accept("\n")) fail(`expected the end of the line, got ${take("any")[0].trim()}`);
   }
   return root;
 }
 
 // The parameters in the bytes of a robot's file. Domains are left to the library, the numbers in [fit] to Python.
 function readRobot(bytes, facts) {
-  if (bytes.byteLength > LARGEST) throw new Error(`the file has more than ${LARGEST} bytes`);
+  const size = bytes.byteLength;
+  if (size > LARGEST) throw new Error(`the file must have at most ${LARGEST} bytes, got ${size}`);
   let text;
   try {
     text = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
   } catch {
-    throw new Error("the file is not text in UTF-8");
+    throw new Error("the file must be UTF-8 text");
   }
   const found = {}, fields = new Map(facts.fields.map((field) => [field.name, field.default]));
   for (const [name, { value, line }] of tablesOf(text)) {
@@ -232,8 +233,8 @@ function readRobot(bytes, facts) {
       const has = value instanceof Map ? [...value.keys()].sort().join(", ") : "no table";
       if (has !== [...facts.fit].sort().join(", ")) fail(`[fit] must have ${facts.fit.join(", ")}, got ${has}`);
     } else if (facts.texts.includes(name)) {
-      if (typeof value !== "string") fail(`${name} must be a text`);
-    } else if (!fields.has(name)) fail(`no parameter ${name}`);
+      if (typeof value !== "string") fail(`${name} must be a text, got ${value}`);
+    } else if (!fields.has(name)) fail(`unknown parameter ${name}`);
     else if (typeof value !== "number" || Number.isNaN(value)) fail(`${name} must be a number, got ${value}`);
     else found[name] = value;
   }

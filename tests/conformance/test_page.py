@@ -240,7 +240,7 @@ def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tm
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("m_s = 3\nm_z = 4\n", "line 2: no parameter m_z"),
+        ("m_s = 3\nm_z = 4\n", "line 2: unknown parameter m_z"),
         ("k = soft\n", "line 1: k must be a number"),
         ("", "m_eff is"),
     ],

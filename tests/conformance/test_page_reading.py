@@ -161,11 +161,11 @@ def test_a_robot_file_is_read_to_the_numbers_of_python_or_refused(tmp_path, fact
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("m_z = 4", "line 2: no parameter m_z"),
+        ("m_z = 4", "line 2: unknown parameter m_z"),
         ("k = soft", "line 2: k must be a number, got soft"),
-        ("k = 1 2", "line 2: the end of the line is wanted, got 2"),
+        ("k = 1 2", "line 2: expected the end of the line, got 2"),
         ("k = true", "line 2: k must be a number, got true"),
-        ("k = 1\nk = 2", "line 3: k is there twice"),
+        ("k = 1\nk = 2", "line 3: duplicate key k"),
         ("k = 1", "m_eff is missing"),
     ],
 )
@@ -305,6 +305,6 @@ def test_without_webassembly_the_page_says_so(tmp_path):
     (tmp_path / "page.mjs").write_text(program, "utf-8")
     done = subprocess.run([*NODE, tmp_path / "page.mjs"], capture_output=True, text=True, check=False, encoding="utf-8")
     said, word = json.loads(done.stdout)
-    assert said.startswith("The page computes in WebAssembly, which this browser lacks or refuses: ")
+    assert said.startswith("This page needs WebAssembly, which this browser does not run: ")
     assert word == "error" and "WebAssembly" in said.partition(": ")[2]
     assert "<noscript>" in (PAGE / "index.html").read_text("utf-8")
