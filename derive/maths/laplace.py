@@ -1,6 +1,6 @@
 """Laplace transform of (3), (4), the elimination (6)-(11), and the poles by name.
 
-With z = (y, v_1, v_2), z' = M z + d within a phase, so Z(s) = (s - M)^-1 (z(0) + d/s), and for
+With z = (y, v_1, v_2), z' = M z + const within a phase, so Z(s) = (s - M)^-1 (z(0) + const/s), and for
 each coordinate h of z
 
     H(s) = h(0)/s + (H_3 s^2 + H_2 s + H_1) / (s P(s)),    P(s) = s^3 + s_1 s^2 + s_2 s + s_3.

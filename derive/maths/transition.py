@@ -1,11 +1,11 @@
 r"""Both masses slipping from node to node: the transition matrix of (3), (4), as rows and columns of (y, v_1, v_2).
 
-With z = (y, v_1, v_2), z' = M z + d within a phase, so the rates w = z' obey w' = M w, whatever d is. Over a time t
+With z = (y, v_1, v_2), z' = M z + const within a phase, so the rates w = z' obey w' = M w. Over a time t
 
     w becomes E w,   z gains Phi w,   x_1 gains v_1 t and the row of v_1 in Phi_2 times w,
     E = exp(M t) = W'' + W' (M + s_1) + W N,   Phi = int E dt,   Phi_2 = int Phi dt,   N = M^2 + s_1 M + s_2,
 
-because adj(s - M) = s^2 + s (M + s_1) + N stands over P(s) in (s - M)^-1, and W is what 1/P(s) is the transform of. W has
+because (s - M)^-1 = adj(s - M)/P(s), adj(s - M) = s^2 + s (M + s_1) + N, and W is the inverse transform of 1/P(s). W has
 all its digits for any poles, so there is no case here for near-equal ones or those at 0, and the entries are sums of
 products of rates. d of the certificate, w' + a w, is (M + a) w. Where s_3 > 0 what has faded gives the state:
 

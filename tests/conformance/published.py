@@ -2,9 +2,10 @@
 
 `HOPFORM_DATA=DIR make validate-data` prints a table and exits 1 if a line of it does not hold. DIR holds the CSV files
 named below: carts on a spring (Politecnico di Milano, ECP Model 210, repository rssalessio/Control-Linear-Vibrations,
-2016), a ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019), and a
+2016), a ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019), a
 pendulum of a servo that is let go (repository Rhoban/bam, Apache-2.0; M. Duclusaud et al., "Extended Friction Models
-for the Physics Simulation of Servo Actuators").
+for the Physics Simulation of Servo Actuators"), and free swings of a pendulum (repository
+jensen-benard/rotary-inverted-pendulum, MIT).
 """
 
 import csv
@@ -15,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hopform import HopformError
+from hopform import HopformError, identify
 from hopform.identify import fit_force, fit_robot, read_recording
 from hopform.identify._fits import Fit
 from hopform.identify._recordings import Recording, parse_recording
@@ -29,6 +30,8 @@ GRAVITY, LOAD = 0.4807, 0.0049
 """m g l [N m] and m l^2 [kg m^2] of the mass on the pendulum."""
 SMALL = 0.3
 """[rad] the amplitude A from which a pendulum is fitted too: its oscillation shows 1.1 % less stiffness, A^2/8."""
+SWINGS, SWINGING = ("pendulum_free_swing_01.txt", "pendulum_free_swing_02.txt"), 120.5
+"""Free swings: two lines of header, then degrees at 1 kHz; k/I [1/s^2] by a regression of the samples below 0.3 rad."""
 PUBLISHED = {"m": (95.11, "kg"), "b": (203.5, "N s/m"), "F": (20.39, "N"), "load": (3.16, "N")}
 
 
@@ -114,6 +117,25 @@ def pendulums(folder: Path) -> Iterator[Line]:
     yield near("pendulums: inertia of the second", found[PENDULUMS[1], True], "kg m^2", found[PENDULUMS[0], True], 0.03)
 
 
+def swings(folder: Path) -> Iterator[Line]:
+    """A free pendulum with gravity's sine: once it stays within 100 degrees, and from its largest angle on."""
+    for name in SWINGS:
+        angles = [float(line) for line in (folder / name).read_text("utf-8").splitlines()[2:]]
+        within = 1 + max(n for n, angle in enumerate(angles) if abs(angle) > 100.0)
+        largest = max(range(len(angles)), key=lambda n: abs(angles[n]))
+        for first, worst in ((within, 10.0), (largest, 80.0)):
+            lines = ["time_s,q_deg", *(f"{1e-3 * n:.3f},{angle}" for n, angle in enumerate(angles[first:]))]
+            swing = identify.fit(
+                "joint", parse_recording("\n".join(lines), name), fitted=["J", "b", "F_p", "q_0"],
+                known={"k": 1.0, "F_m": "F_p"}, sine=True, holdout=False,
+            )  # fmt: skip
+            what = f"{name} from {abs(angles[first]):.0f} degrees"
+            yield near(f"{what}: k/I", 1.0 / swing["J"].value, "1/s^2", SWINGING, 0.005)
+            rms = 1e3 * swing.rms
+            yield Line(f"{what}: rms", f"{rms:.2f} mrad", f"at most {worst:g} mrad", rms <= worst)
+            yield bare(what, swing)
+
+
 def _released(path: Path, small: bool) -> Recording:
     """The motion of a servo after its torque is off, or from when it stays within `SMALL`."""
     with path.open(encoding="utf-8", newline="") as file:
@@ -129,7 +151,7 @@ def main() -> int:
     try:
         if not os.environ.get("HOPFORM_DATA") or not folder.is_dir():
             raise HopformError("set HOPFORM_DATA to the folder of the recordings")
-        lines = [line for part in (decays, pulses, axis, pendulums) for line in part(folder)]
+        lines = [line for part in (decays, pulses, axis, pendulums, swings) for line in part(folder)]
     except HopformError as error:
         print(f"hopform: {error}", file=sys.stderr)
         return 2

@@ -290,31 +290,33 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
     stances = m4f["choose_current drops mean"] / m4f["choose_current_step drops mean"]
     return f"""# What the C library costs on a processor
 
-Written by `make firmware-report`; `make firmware-test` fails when a figure of the two Cortex-M4F builds,
-`make firmware-test-all` when any, is more than 2 % above firmware-costs.json. Single precision, instructions per
-call, counted by QEMU ({versions}).
+Written by `make firmware-report`. `make firmware-test` fails when a figure of the two Cortex-M4F builds is more than 2 %
+above firmware-costs.json, `make firmware-test-all` when any is. Instructions per call in single precision, counted by
+QEMU ({versions}).
 
-Set `modes`: {len(CASES)} stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`:
-`hopper_c` and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5,
-10 and 15 cm from each of them. `choose_current_step` solves one stance more. `choose_current_near` is the search for
-the same height, where it was reached, from a touchdown 1 % faster, begun near the command before. Set `hops`: the
-flights of `hopper_c` in a run of {len(HOPS)} hops of {100 * min(HOPS):.0f} to {100 * max(HOPS):.0f} cm,
-from take-offs with the actuator out and moving. Sets `joint` and `servo`, each with the solver of its own model: nine
-moves of up to 2 s, of a joint on its spring under currents and of a servo to targets near and far, and 200 ticks of a
-plant in each.
+| set | what is solved |
+| --- | --- |
+| `modes` | {len(CASES)} stances of `hopform_selftest`, which visit every mode, kind of event and ending |
+| `drops` | `hopper_c` and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5, 10 and 15 cm from each of them |
+| `hops` | the flights of `hopper_c` in a run of {len(HOPS)} hops of {100 * min(HOPS):.0f} to {100 * max(HOPS):.0f} cm, from take-offs with the actuator out and moving |
+| `joint` | nine moves of up to 2 s of a joint on its spring under currents, and 200 ticks of a plant, by the solver of this model |
+| `servo` | the same of a servo to targets near and far |
+
+`choose_current_step` solves one stance more. `choose_current_near` searches for the same height, where it was reached,
+from a touchdown 1 % faster, begun near the last command.
 
 ## Cortex-M4F, gcc -O2
 
 {table(["instructions", "mean", "max"], paid)}
-Of the wishes in the set some are reached, the others are out of reach: the search ends with the nearest apex only when
-it knows that none is nearer. A command takes {stances:.1f} stances on average.
+Where the height is out of reach, the search ends only when it knows that no apex is nearer. A command takes
+{stances:.1f} stances on average.
 
-What a stance costs depends on its poles and on how its phases are evaluated, so each regime is counted apart: the drops
-of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of `joint` and of
-`servo`, under its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it.
-Where both are evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Beside a [fast
-pole](../explanation/certificate.md#a-fast-real-pole), from a/w = 1.02 on, a root is met by E and Phi in place of a short
-series: at a/w = 3 a phase costs {cost_of_a_phase(m4f, "a/w=3") / cost_of_a_phase(m4f, "a/w=0.26"):.2f} times as much as
+The cost of a stance depends on its poles and on the evaluation of its phases, so each regime is counted separately: the
+drops of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of `joint`
+and of `servo`, under its law; the flights of `hops`. The last two columns compare a phase with one of the next regime.
+Phases that are evaluated alike cost at most {ALIKE} times one another, which `make firmware-test` checks. Beside a [fast
+pole](../explanation/certificate.md#a-fast-real-pole), from a/w = 1.02 on, a root is located by E and Phi in place of a
+short series: at a/w = 3 a phase costs {cost_of_a_phase(m4f, "a/w=3") / cost_of_a_phase(m4f, "a/w=0.26"):.2f} times as much as
 at 0.26.
 
 {table(["regime", "evaluated as", "mean", "max", "a phase", "times", "a phase of"], regimes)}
@@ -328,21 +330,19 @@ Models of one mass, without a contact: `hopform --solver joint export`. Instruct
 {table(["", "joint, -O2", "joint, -Os", "servo, -O2", "servo, -Os"], of_models)}
 ## A bound for a task with a deadline
 
-What a stance costs is in proportion to how often its motion is evaluated. `max_evaluations` of the target caps that for
-each candidate, `max_candidates` how many are tried. An evaluation by a node or a short series counts as one, one by exp
-and sin as 3, a phase as 4 more. Where a cap is met, the command is the best admissible one found
-within it, u = 0 before there is one, and the status is `HOPFORM_CAPPED`. At most, by these caps, beside what an
-adversary reached: it draws robots, states and wishes, and changes a little what has cost the most so far
+`max_evaluations` and `max_candidates` of the target [cap a search](../explanation/controller.md#branch-and-bound); before
+it has an admissible command the current is u = 0. The table has the bound by these caps, beside the most that an
+adversary reached. It draws robots, states and wanted heights, and varies the most expensive so far
 (`tests/conformance/firmware/bound.c`).
 
 {table(["evaluations", "candidates", "a candidate, at most", "reached", "a command, at most", "reached"], capped)}
-The bound is the most that the adversary found for 40 evaluations, in proportion; it is measured, not proven. A tick of
+The bound is proportional to the most that the adversary found for 40 evaluations; it is measured, not proven. A tick of
 1 kHz at {CLOCK} MHz has {spaced(1000 * CLOCK)} instructions: {1000 * CLOCK // m4f["caps 40 24 step"]} candidates of at most 40 evaluations fit.
 
 ## Microseconds on a Cortex-M4F at {CLOCK} MHz, computed
 
 Instructions of the set `drops` over the clock: one a cycle, flash without wait states. A core takes more cycles for
-divisions, square roots, loads and branches, so these are lower bounds; a cycle counter measures.
+divisions, square roots, loads and branches, so these are lower bounds; only a cycle counter measures the time.
 
 {table(["", "-O2, mean", "-Os, mean", "-O2, max", "-Os, max"], microseconds)}
 ## Instructions, mean
@@ -356,8 +356,7 @@ divisions, square roots, loads and branches, so these are lower bounds; a cycle 
 {group("flash ")}
 ## Stack in bytes, by gcc's call graph
 
-Routines of the tool chain (on a processor without floating point, its arithmetic) are not in it; the painted stack has
-them.
+It lacks routines of the tool chain, such as arithmetic on a processor without floating point; the painted stack has them.
 
 {part(" static stack")}
 ## Stack in bytes, painted
