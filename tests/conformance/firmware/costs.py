@@ -332,7 +332,7 @@ Models of one mass, without a contact: `hopform --solver joint export`. Instruct
 
 `max_evaluations` and `max_candidates` of the target [cap a search](../explanation/controller.md#branch-and-bound); before
 it has an admissible command the current is u = 0. The table has the bound by these caps, beside the most that an
-adversary reached. It draws robots, states and wanted heights, and varies the most expensive so far
+adversary reached. It draws robots, states and desired heights, and varies the most expensive so far
 (`tests/conformance/firmware/bound.c`).
 
 {table(["evaluations", "candidates", "a candidate, at most", "reached", "a command, at most", "reached"], capped)}
