@@ -1465,6 +1465,94 @@ static void any_stance(problem p)
     }
 }
 
+/* A flight from an input moved by a step; false if it can not be moved, or goes through other phases. */
+static int beside_flight(const T(plan) * plan, const T(flight) * flight, int column, double step, T(flight) * to)
+{
+    T(plan) moved_plan;
+    T(robot) robot = plan->robot;
+    T(state) start = flight->start;
+    T(gains) gains = flight->gains;
+    double fields[FIELDS], ground = flight->ground;
+    memcpy(fields, &robot, sizeof robot);
+    double *const at[] = {&start.x1, &start.v1, &start.y, &start.v2, NULL};
+    double *const behind[] = {&ground, &gains.Kp, &gains.Kd};
+    double *const input = column < 5         ? at[column]
+                          : column < COLUMNS ? &fields[column - 5]
+                                             : behind[column - COLUMNS];
+    if (input != NULL) { *input += step; }
+    memcpy(&robot, fields, sizeof robot);
+    const int designs = flight->designed && column <= HOPFORM_COLUMN_OF_GROUND;
+    static T(flight_phase) others[CAPACITY];
+    if (T(plan_init)(&moved_plan, &robot) != HOPFORM_OK
+        || T(solve_flight)(&moved_plan, &start, ground, designs ? NULL : &gains, 1.0, CAPACITY, others, CAPACITY, to) < 0
+        || to->ending != flight->ending || to->phase_count != flight->phase_count) {
+        return 0;
+    }
+    for (int n = 0; n < to->phases_kept; n++) {
+        if (others[n].side != flight_phases[n].side || others[n].limit != flight_phases[n].limit
+            || others[n].event != flight_phases[n].event) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static void flight_rows_of(const T(flight) * f, const T(robot) * r, double out[HOPFORM_FLIGHT_ROWS])
+{
+    const double rows[HOPFORM_FLIGHT_ROWS] = {
+        f->duration, f->end.x1, f->end.v1, f->end.x1 - f->end.y + r->L0 + r->c, f->end.v2, f->v2_after, f->apex};
+    memcpy(out, rows, sizeof rows);
+}
+
+static int flight_derivatives_compared, flights_with_derivatives;
+
+/* Derivatives of a flight against differences, where the phases stay the same ones. */
+static void flight_derivatives(const T(plan) * plan, const T(flight) * flight)
+{
+    enum { ALL = HOPFORM_FLIGHT_COLUMNS, R = HOPFORM_FLIGHT_ROWS };
+    static double matrix[R * ALL];
+    for (int n = 0; n < R * ALL; n++) {
+        matrix[n] = NAN;
+    }
+    const int32_t status =
+        spent("flight_sensitivities", T(flight_sensitivities)(plan, flight_phases, flight, NULL, 0, matrix));
+    must(status == HOPFORM_OK || status == HOPFORM_NO_DERIVATIVE, "derivatives of a flight that are refused");
+    for (int n = 0; n < R * ALL; n++) {
+        must(status == HOPFORM_OK ? isfinite(matrix[n]) : !(fabs(matrix[n]) > 0.0) && !isnan(matrix[n]),
+             "a derivative of a flight that is no number");
+    }
+    if (status != HOPFORM_OK) { return; }
+    flights_with_derivatives++;
+    double whole[R], fields[FIELDS];
+    flight_rows_of(flight, &plan->robot, whole);
+    memcpy(fields, &plan->robot, sizeof fields);
+    for (int column = 0; column < ALL; column++) {
+        const double value = column == HOPFORM_COLUMN_OF_KP   ? flight->gains.Kp
+                             : column == HOPFORM_COLUMN_OF_KD ? flight->gains.Kd
+                             : column > 4 && column < COLUMNS ? fields[column - 5]
+                                                              : 0.1;
+        const double step = 1e-6 * larger(1e-2, isfinite(value) ? fabs(value) : 1.0);
+        T(flight) up, down;
+        T(robot) higher = plan->robot, lower = plan->robot;
+        if (!beside_flight(plan, flight, column, step, &up) || !beside_flight(plan, flight, column, -step, &down)) {
+            continue;
+        }
+        higher.L0 += column == 5 + 3 ? step : 0.0, lower.L0 -= column == 5 + 3 ? step : 0.0;
+        higher.c += column == 5 + 4 ? step : 0.0, lower.c -= column == 5 + 4 ? step : 0.0;
+        double high[R], low[R];
+        flight_rows_of(&up, &higher, high);
+        flight_rows_of(&down, &lower, low);
+        for (int r = 0; r < R; r++) {
+            const double slope = (high[r] - low[r]) / (2.0 * step);
+            const double curve = fabs(high[r] + low[r] - 2.0 * whole[r]) / step;
+            near(matrix[r * ALL + column], slope,
+                 1e-5 * (fabs(slope) + 0.02) + 2.0 * curve + (1e-12 + 8.9e-16 * fabs(whole[r])) / step,
+                 "a derivative of a flight");
+            flight_derivatives_compared++;
+        }
+    }
+}
+
 /* The law, its limit and the stops hold all along; the foot is above the ground
  * until it touches it, coming down. */
 static void any_flight(void)
@@ -1550,6 +1638,7 @@ static void any_flight(void)
              "the sum of any flight's ledger");
         must(ledger[n].viscous_1 <= 1e-15 && ledger[n].coulomb_1 <= 1e-15 && loss[n] <= 0.0, "friction that drives");
     }
+    flight_derivatives(&plan, &flight);
 }
 
 /* No current on a grid does better than the command: none with a smaller |u|
@@ -1642,6 +1731,7 @@ int main(int argc, char **argv)
     for (row = 2000; row < 3000; row++) {
         any_flight();
     }
+    must(flights_with_derivatives > 700 && flight_derivatives_compared > 100000, "few derivatives of flights");
     for (row = 3000; row < 3120; row++) {
         any_command();
     }
