@@ -59,7 +59,7 @@ def heights(run, **more):
     near(run.at(apex_times(run)).v2, 0.0)
     if run.h_des:
         edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
-        lines["wanted"] = (edges, run.h_des[: len(run.hops)])
+        lines["desired"] = (edges, run.h_des[: len(run.hops)])
     if any(run.terrain):
         lines["ground"] = Over(run.ground, 0.0, run.duration)
     return Panel(lines | more, {}, stances(run))
