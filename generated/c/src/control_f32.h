@@ -356,7 +356,7 @@ static bool has_begun_near_f32(const hopform_search_f32 *search) {
     return search->sides == BOTH_SIDES_f32 && search->count > 1;
 }
 
-/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: positive beyond it. */
 static float share_to_apex_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial) {
     const float from = sqrt_f32(greater_f32(trial->apex, 0.0f));
     const float rise = trial->apex_u * trial->u;

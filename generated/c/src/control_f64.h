@@ -356,7 +356,7 @@ static bool has_begun_near_f64(const hopform_search_f64 *search) {
     return search->sides == BOTH_SIDES_f64 && search->count > 1;
 }
 
-/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: positive beyond it. */
 static double share_to_apex_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial) {
     const double from = sqrt_f64(greater_f64(trial->apex, 0.0));
     const double rise = trial->apex_u * trial->u;

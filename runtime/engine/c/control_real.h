@@ -356,7 +356,7 @@ static bool has_begun_near_real(const hopform_search_real *search) {
     return search->sides == BOTH_SIDES_real && search->count > 1;
 }
 
-/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: positive beyond it. */
 static real share_to_apex_real(const hopform_search_real *search, const hopform_trial_real *trial) {
     const real from = sqrt_real(greater_real(trial->apex, 0.0));
     const real rise = trial->apex_u * trial->u;
