@@ -377,9 +377,9 @@ def reach_panels(reach):
         (reach.heights, np.where(which[:, column], reach.apex[:, column], np.nan))
         for column in range(reach.currents.size) for which in (reach.admissible, reach.limited)
     ]  # fmt: skip
-    settles = [each.height for each in reach.fixed_points if abs(each.multiplier) < 1.0 and each.admissible]
+    stable = [each.height for each in reach.fixed_points if abs(each.multiplier) < 1.0 and each.admissible]
     lines = {"": drawn, "beyond the stroke": ([], []), "height held": (reach.heights, reach.heights),
-             "fixed point, settles": (settles, settles)}  # fmt: skip
+             "fixed point, stable": (stable, stable)}  # fmt: skip
     return [Panel(lines, {"reachable": (reach.heights, reach.lowest, reach.highest)}), Panel({})]
 
 
