@@ -2,7 +2,7 @@
 
     u = (m_eff a + s + F)/per_unit
 
-a is the acceleration that is wanted, s what the equation of motion has beside inertia, friction and input, F friction
+a is the desired acceleration, s what the equation of motion has beside inertia, friction and input, F friction
 against the motion, per_unit the force per input. On what is at rest friction takes F and the excess at rest before it
 slips.
 """

@@ -131,7 +131,7 @@ TRIAL = Struct("Trial", "A current that was tried, and what its stance does.").o
 SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("plan", "const Plan *"),
     Member("start", "State"),
-    Member("apex", "real", "wanted, over the ground", "m"),
+    Member("apex", "real", "desired, over the ground", "m"),
     Member("limit", "real", "x_1 stays below", "m"),
     Member("horizon", "real", "", "s"),
     Member("datum", "real", "", "m"),

@@ -158,8 +158,8 @@ _CLAIMS = (
             ("scatter on even ground, default gains", "0.49", "mm"),
             ("the same over heights of +-3 cm", "2.36", "mm"),
         ),
-        "Wanted are 16 cm; the first three hops are not counted. How much it errs depends on gains that the paper does "
-        "not give: 200 V/m and 10 V s/m in Fig. 7, 60 V/m and 3 V s/m by default, under which it errs less.",
+        "The desired hop height is 16 cm; the first three hops are not counted. How much it errs depends on gains that "
+        "the paper does not give: 200 V/m and 10 V s/m in Fig. 7, 60 V/m and 3 V s/m by default, under which it errs less.",
     ),
     reproduced(
         "blind_to_actuator", "II",

@@ -48,7 +48,7 @@ def on_even_ground(robot: Robot) -> Drawn:
     settled, up = after_steps(miss), wanted.index(max(wanted))
     rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(wanted) - wanted[0]))) + 1
     ours = (
-        f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. "
+        f"{len(run.hops)} hops over flat ground, desired {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. "
         f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {Kp:g} "
         f"{volts(robot)}/m, Kd = {Kd:g} {volts(robot)} s/m) tracks a recorded x2. It rises to a step up within "
         f"{rise} hops; the apex is off by {mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from "
@@ -77,7 +77,7 @@ def on_uneven_ground(robot: Robot) -> Drawn:
     fallen = sum(run.status != "completed" for run in others)
     ours = (
         f"{len(runs['rough'].hops)} of {count} hops ({runs['rough'].status}) over heights drawn from {cm(-size, 0)} "
-        f"to {cm(size, 0)}, wanted {cm(wanted, 0)}, gains as in Fig. 6. Under the first controller the apex scatters "
+        f"to {cm(size, 0)}, desired {cm(wanted, 0)}, gains as in Fig. 6. Under the first controller the apex scatters "
         f"by {mm(spread['rough'])} (standard deviation) and is off by up to {mm(worst(miss['rough']))}; on even "
         f"ground it scatters by {mm(spread['even'])}. On {len(others)} other grounds: {mm(min(spreads))} to "
         f"{mm(max(spreads))}, {fallen} of these runs end early. A quarter of the gains: {mm(spread['soft'])} on this "
@@ -232,7 +232,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     low, hops = (int(np.sum(each)) for each in (miss["printed"] < 0.0, np.isfinite(miss["printed"])))
     each_rms = [rms(each) for each in all_off if np.isfinite(each).any()] or [np.nan]
     ours = (
-        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
+        f"{len(run.hops)} hops {where}, desired {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
         f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
         f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
         f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}; {low} of {hops} apexes are too low, "

@@ -162,7 +162,7 @@ _CLOSED = 1e-9  # [m] a bracket that ends with a larger gap holds a jump and no 
 class FixedPoint:
     """A height that a constant current gives back: apex(height, u) = height.
 
-    multiplier: d apex/d height there, exact through the events; the hop settles if it is within -1 .. 1, NaN where an
+    multiplier: d apex/d height there, exact through the events; the point is stable if it is within -1 .. 1, NaN where an
     event grazes. admissible: x1 stays below its limit.
     """
 

@@ -183,7 +183,9 @@ class Noted:
         if kind == "contact":
             return "N/k", "m"
         if kind == "limit":
-            return ("beyond its limit" if sides[1] else "below its limit"), "N"
+            at_limit = int(self.facts["at_limit", -1][0])
+            where = "beyond" if at_limit else "below" if towards > 0 else "above"
+            return f"{where} its {'upper' if (at_limit or towards) > 0 else 'lower'} limit", "N"
         number, side = element + 1, sides[element]
         if kind == "stop":
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"

@@ -28,7 +28,7 @@ def mode_of(phase: Phase, robot: Robot, mass: Mass) -> str:
 
 def limit_in(phase: Phase) -> str:
     """Where the current that a law sets is in a phase, in words."""
-    return {1: "at its limit", 0: "by the law", -1: "at its lower limit"}[phase.mode_2]
+    return {1: "at its upper limit", 0: "by the law", -1: "at its lower limit"}[phase.mode_2]
 
 
 def change_of_limit(name: str, at_limit: bool) -> str:

@@ -6,6 +6,7 @@ Beside these the zoo has random servos against the integrator, whose right side 
 
 import json
 import math
+import re
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -316,18 +317,28 @@ def test_tables_of_a_motion_have_the_target_and_the_current(servo, store, capsys
     row = dict(zip(header.split(","), first.split(","), strict=True))
     assert float(row["target"]) == 1.0 and float(row["i"]) == 10.0 and float(row["input"]) == 1.0
     assert cli.main(asked) == 0
-    assert "at its limit" in (shown := capsys.readouterr().out) and "by the law" in shown
+    assert "at its upper limit" in (shown := capsys.readouterr().out) and "by the law" in shown
     assert " i leaves its limit  forward  by the law " in shown
 
 
 def test_an_explanation_says_what_the_law_has_left(servo):
-    """The event functions of the law are certified, and the end of a phase at a limit has a name."""
+    """The event functions of the law are certified, each named by its limit, and the end of a phase has a name."""
     text = servo.solve_motion(servo.Robot(), u=[(0.0, 1.0), (0.3, 0.9)], horizon=0.5).explain()
-    assert "i at its limit; then i leaves its limit" in text and "i by the law; then a step of target" in text
-    certified = [
-        line for line in text.splitlines() if "i below its limit [N m]" in line or "i beyond its limit [N m]" in line
-    ]
-    assert len(certified) >= 4 and all("rule" in line for line in certified)
+    assert "i at its upper limit; then i leaves its limit" in text and "i by the law; then a step of target" in text
+    certified = re.findall(r"^  i (below|above|beyond) its (upper|lower) limit \[N m\] (.*)", text, re.MULTILINE)
+    assert len(certified) >= 4 and all("rule" in why for *_, why in certified)
+    by_the_law = [named for *named, _ in certified if named[0] != "beyond"]
+    assert by_the_law[::2] == [["above", "lower"]] * (len(by_the_law) // 2)
+    assert by_the_law[1::2] == [["below", "upper"]] * (len(by_the_law) // 2)
+
+
+@pytest.mark.parametrize(("target", "limit"), [(1.0, "upper"), (-1.0, "lower")])
+def test_an_explanation_of_a_phase_at_a_limit_names_that_limit(servo, target, limit):
+    motion = servo.solve_motion(servo.Robot(), u=target, horizon=0.5)
+    assert motion.phases[0].mode_2 == target
+    first = motion.explain().split("Phase 2,")[0]
+    assert f"i at its {limit} limit; then" in first and f"  i beyond its {limit} limit [N m] " in first
+    assert first.count(" limit [N m] ") == 1
 
 
 def test_a_recording_of_a_servo_has_the_current_under_its_name(servo):

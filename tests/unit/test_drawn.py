@@ -59,7 +59,7 @@ def heights(run, **more):
     near(run.at(apex_times(run)).v2, 0.0)
     if run.h_des:
         edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
-        lines["wanted"] = (edges, run.h_des[: len(run.hops)])
+        lines["desired"] = (edges, run.h_des[: len(run.hops)])
     if any(run.terrain):
         lines["ground"] = Over(run.ground, 0.0, run.duration)
     return Panel(lines | more, {}, stances(run))
@@ -377,9 +377,9 @@ def reach_panels(reach):
         (reach.heights, np.where(which[:, column], reach.apex[:, column], np.nan))
         for column in range(reach.currents.size) for which in (reach.admissible, reach.limited)
     ]  # fmt: skip
-    settles = [each.height for each in reach.fixed_points if abs(each.multiplier) < 1.0 and each.admissible]
+    stable = [each.height for each in reach.fixed_points if abs(each.multiplier) < 1.0 and each.admissible]
     lines = {"": drawn, "beyond the stroke": ([], []), "height held": (reach.heights, reach.heights),
-             "fixed point, settles": (settles, settles)}  # fmt: skip
+             "fixed point, stable": (stable, stable)}  # fmt: skip
     return [Panel(lines, {"reachable": (reach.heights, reach.lowest, reach.highest)}), Panel({})]
 
 

@@ -331,12 +331,12 @@ def test_models_whose_errors_do_not_cancel_are_in_the_band(number):
 
 
 @pytest.mark.parametrize("number", [6, 7, 8, 16, 17])
-def test_terrain_hops_show_ground_wanted_height_current_and_shaded_stances(number):
+def test_terrain_hops_show_ground_desired_height_current_and_shaded_stances(number):
     top, middle, bottom, *_ = drawn(number).figure.axes
     run = next(each for name, each in {"": None, **data(number), **data(number).get("runs", {})}.items()
                if isinstance(each, hopform.hopping.Run) and name != "printed")  # fmt: skip
     words = [each.get_text() for each in top.get_legend().get_texts()]
-    assert {"body", "apex", "take-off", "wanted", "stance"} <= set(words) and ("ground" in words) == any(run.terrain)
+    assert {"body", "apex", "take-off", "desired", "stance"} <= set(words) and ("ground" in words) == any(run.terrain)
     assert re.search(r"\$u\$ \[[AV]\]", middle.get_ylabel())
     assert all(len(axes.patches) >= len(run.hops) for axes in (top, middle, bottom))
 

@@ -122,7 +122,7 @@ def test_a_sweep_over_a_parameter_of_ones_own_has_its_unit(leg, damped):
 
 
 def test_a_damped_leg_hops_is_controlled_and_is_mapped(leg, damped):
-    """The chosen current leads to the wanted apex; the run under it repeats that apex."""
+    """The chosen current leads to the desired apex; the run under it repeats that apex."""
     v2 = leg.touchdown_velocity(damped, 0.1)
     command = leg.choose_current(damped, v2=v2, h_des=0.1)
     assert command.status == "reached"

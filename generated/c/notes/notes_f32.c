@@ -163,6 +163,9 @@ static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
         (void)note_f32(notes, "pair", -1, poles->p, poles->q);
         (void)note_f32(notes, "sides", -1, (float)side_of_mode_f32(chain->mode, 0),
                         (float)side_of_mode_f32(chain->mode, 1));
+#if HOPFORM_HAS_LIMITS
+        (void)note_f32(notes, "at_limit", -1, (float)limit_of_mode_f32(chain->mode), 0.0f);
+#endif
 #if HOPFORM_BOTH_MOVE
         if (several_of_mode_f32(chain->mode)) { note_both_f32(chain, search); }
 #endif

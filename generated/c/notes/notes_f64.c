@@ -163,6 +163,9 @@ static void note_phase_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
         (void)note_f64(notes, "pair", -1, poles->p, poles->q);
         (void)note_f64(notes, "sides", -1, (double)side_of_mode_f64(chain->mode, 0),
                         (double)side_of_mode_f64(chain->mode, 1));
+#if HOPFORM_HAS_LIMITS
+        (void)note_f64(notes, "at_limit", -1, (double)limit_of_mode_f64(chain->mode), 0.0);
+#endif
 #if HOPFORM_BOTH_MOVE
         if (several_of_mode_f64(chain->mode)) { note_both_f64(chain, search); }
 #endif

@@ -6,7 +6,7 @@
  * the least contact force of a rebound passes zero. The search is branch and bound over intervals between candidate
  * currents. Evaluating a candidate gives its apex, largest position and least contact force, with their slopes; the
  * best admissible one is the incumbent. An interval is pruned when its lower bound does not beat the incumbent. The
- * root comes first: where the ends have the wanted apex between them. The proof that nothing smaller or nearer exists
+ * root comes first: where the ends have the desired apex between them. The proof that nothing smaller or nearer exists
  * comes last. Two bounds are proofs: what a candidate does, and that the driven element, held at both ends of an
  * interval, is held in all of it, because the force on it is linear in u. The others rest on slopes;
  * docs/explanation/controller.md says which.
@@ -35,7 +35,7 @@
  * is not admissible where it is a quarter of that. */
 #define NARROW_JUMP_f32 0.00390625f
 
-/* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
+/* A current with which a search begins divides a side of 0 where the desired apex is within this share of it. */
 #define NEAR_SHARE_f32 0.25f
 
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
@@ -356,14 +356,14 @@ static bool has_begun_near_f32(const hopform_search_f32 *search) {
     return search->sides == BOTH_SIDES_f32 && search->count > 1;
 }
 
-/* Where the wanted apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+/* Where the desired apex is from a candidate on, by its derivative, as a share of its current: positive beyond it. */
 static float share_to_apex_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial) {
     const float from = sqrt_f32(greater_f32(trial->apex, 0.0f));
     const float rise = trial->apex_u * trial->u;
     return fabs_f32(rise) > 0.0f ? 2.0f * from * (sqrt_f32(search->apex) - from) / rise : HOPFORM_NEVER_f32;
 }
 
-/* Behind the current with which the search began and 0 comes where the slope there puts the wanted apex, and as much
+/* Behind the current with which the search began and 0 comes where the slope there puts the desired apex, and as much
  * farther that the interval that is left beside the root is not lost in rounding. */
 static bool goes_beyond_f32(hopform_search_f32 *search) {
     if (search->trials != 2 || search->reached || !has_begun_near_f32(search)) { return false; }

@@ -413,9 +413,9 @@ CLAIMS: tuple[Claim, ...] = (
                    Number(what='the same over heights of +-3 cm', value='6.99', unit='mm'),
                    Number(what='scatter on even ground, default gains', value='0.49', unit='mm'),
                    Number(what='the same over heights of +-3 cm', value='2.36', unit='mm')),
-          reason='Wanted are 16 cm; the first three hops are not counted. How much it errs depends on gains that '
-                 'the paper does not give: 200 V/m and 10 V s/m in Fig. 7, 60 V/m and 3 V s/m by default, under '
-                 'which it errs less.'),
+          reason='The desired hop height is 16 cm; the first three hops are not counted. How much it errs depends '
+                 'on gains that the paper does not give: 200 V/m and 10 V s/m in Fig. 7, 60 V/m and 3 V s/m by '
+                 'default, under which it errs less.'),
     Claim(verdict='reproduced',
           name='blind_to_actuator',
           where='II',

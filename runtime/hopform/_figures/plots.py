@@ -431,7 +431,7 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
         axes.plot([], [], color=GREY, linewidth=0.5, label="beyond the stroke")
     axes.figure.colorbar(colours, ax=axes, label="current [A]")
     axes.plot(heights, heights, color=GREY, linestyle="--", linewidth=0.8, label="height held")
-    for stable, marker, words in ((True, "o", "settles"), (False, "x", "leaves")):
+    for stable, marker, words in ((True, "o", "stable"), (False, "x", "unstable")):
         points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
         if points:
             axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")

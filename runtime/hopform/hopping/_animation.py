@@ -39,7 +39,7 @@ def animate(
 ) -> Animation:
     """The hopper of a `Run` on its ground, moving: foot, actuator, body, with time and current.
 
-    h_des [m]: a wanted apex, drawn as a line. speed: 1 is real time. rate [1/s]: pictures. seconds: of the run, all of
+    h_des [m]: a desired apex, drawn as a line. speed: 1 is real time. rate [1/s]: pictures. seconds: of the run, all of
     it if left out. Raises HopformError for a value that is not allowed, MissingExtra without matplotlib.
 
     >>> from hopform import load_robot

@@ -116,17 +116,17 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
         x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
         axes.plot([hop.takeoff_time for hop in lifts], x2, "^", clip_on=False, label="take-off", **TAKEOFF)
     if run.h_des:
-        draw_wanted(axes, run)
+        draw_desired(axes, run)
     if any(run.terrain):
         axes.plot(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.6, label="ground")
 
 
-def draw_wanted(axes: Axes, run: Run) -> None:
+def draw_desired(axes: Axes, run: Run) -> None:
     """The set point of each hop, from one touchdown to the next."""
     edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
     if run.hops:
         values = 100.0 * np.array(run.h_des[: len(run.hops)])
-        axes.stairs(values, edges, baseline=None, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
+        axes.stairs(values, edges, baseline=None, color=BLACK, linestyle="--", linewidth=1.0, label="desired")
 
 
 def apexes(run: Run) -> tuple[Curve, Curve]:

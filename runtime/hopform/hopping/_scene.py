@@ -27,7 +27,7 @@ COILS = 7
 
 
 def gif_of(run: Run, set_point: float | None, rate: int, times: Sequence[float]) -> bytes:
-    """A run at times [s], `rate` pictures a second; wanted [m]: the apex that a line shows."""
+    """A run at times [s], `rate` pictures a second; set_point [m]: the apex that a line shows."""
     figure = Figure(dpi=100)
     with framed(figure, 5.4, 3.6, ""), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "animation.gif"
@@ -59,7 +59,7 @@ def scene(axes: Axes, run: Run, set_point: float | None) -> Callable[[float], li
             color=BLACK,
             linestyle="--",
             linewidth=1.0,
-            label=f"wanted apex, {100.0 * set_point:.0f} cm",
+            label=f"desired apex, {100.0 * set_point:.0f} cm",
         )
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)

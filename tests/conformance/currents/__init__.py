@@ -142,7 +142,7 @@ CURRENTS_AT_JUMPS, MOST_AT_JUMPS = 1601, 3
 
 
 def draw_at_jumps(robot: hopform.Robot, seed: int) -> list[Touchdown]:
-    """Up to three drops with a wanted apex beside one at which the apex jumps over the current, if it does anywhere."""
+    """Up to three drops with a desired apex beside one at which the apex jumps over the current, if it does anywhere."""
     draw, found = np.random.default_rng(seed), list[Touchdown]()
     u = np.linspace(-robot.u_max, robot.u_max, CURRENTS_AT_JUMPS)
     for drop in draw_touchdowns(robot, seed, 12):

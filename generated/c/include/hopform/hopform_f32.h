@@ -247,7 +247,7 @@ typedef struct {
 typedef struct {
     const hopform_plan_f32 *plan;
     hopform_state_f32 start;
-    float apex; /**< [m] wanted, over the ground */
+    float apex; /**< [m] desired, over the ground */
     float limit; /**< [m] x_1 stays below */
     float horizon; /**< [s] */
     float datum; /**< [m] */

@@ -247,7 +247,7 @@ typedef struct {
 typedef struct {
     const hopform_plan_f64 *plan;
     hopform_state_f64 start;
-    double apex; /**< [m] wanted, over the ground */
+    double apex; /**< [m] desired, over the ground */
     double limit; /**< [m] x_1 stays below */
     double horizon; /**< [s] */
     double datum; /**< [m] */

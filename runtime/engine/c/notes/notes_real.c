@@ -163,6 +163,9 @@ static void note_phase_real(stance_chain_real *chain, stance_search_real *search
         (void)note_real(notes, "pair", -1, poles->p, poles->q);
         (void)note_real(notes, "sides", -1, (real)side_of_mode_real(chain->mode, 0),
                         (real)side_of_mode_real(chain->mode, 1));
+#if HOPFORM_HAS_LIMITS
+        (void)note_real(notes, "at_limit", -1, (real)limit_of_mode_real(chain->mode), 0.0);
+#endif
 #if HOPFORM_BOTH_MOVE
         if (several_of_mode_real(chain->mode)) { note_both_real(chain, search); }
 #endif
