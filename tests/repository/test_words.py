@@ -12,6 +12,7 @@ SPEAKING = ("runtime/hopform", "derive", "tools")
 """Folders of Python whose messages and docstrings are read."""
 
 COINED = {
+    "wanted apex": "desired apex",
     "settle_window": "root isolation",
     "close_window": "search interval",
     "look_ahead": "predictor",
