@@ -1,4 +1,4 @@
-"""The exact stance of a series-elastic hopper with dry friction, in microseconds.
+"""Exact motions of one or two masses with dry friction, stops and contact.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")

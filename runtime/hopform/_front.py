@@ -204,8 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HopformError as error:
         return refuse(str(error))
     except UsageError as error:
-        message = getattr(error, "format_message", error.__str__)()
-        return refuse(re.sub(r"^(Invalid value for [^:]+: )Value error, ", r"\1", message))
+        return refuse(of_usage(error))
     except MemoryError:
         return refuse("there is not enough memory for that many numbers")
     except OSError as error:  # of the standard output, mostly: files are checked where they are read and written
@@ -217,6 +216,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (typer.Abort, KeyboardInterrupt):
         return 130
     return code if isinstance(code, int) else 0
+
+
+def of_usage(error: Exception) -> str:
+    """The message for a command line that typer cannot read; where --solver stands, if it came too late."""
+    context = getattr(error, "ctx", None)
+    if getattr(error, "option_name", "") == "--solver" and context is not None and context.parent is not None:
+        words = context.command_path.removeprefix("hopform ")
+        return f"--solver stands before the command: hopform --solver DIR|NAME {words}"
+    message = getattr(error, "format_message", error.__str__)()
+    return re.sub(r"^(Invalid value for [^:]+: )Value error, ", r"\1", message)
 
 
 def warn(message: Warning | str, *_: object, **__: object) -> None:

@@ -91,6 +91,22 @@ def test_help_with_what_is_no_command_is_refused(capsys):
     assert capsys.readouterr().err == "hopform: No such command 'stanze'. Did you mean 'stance'?\n"
 
 
+@pytest.mark.parametrize("given", ["--solver joint", "--solver=joint"])
+@pytest.mark.parametrize("words", ["motion", "model list"])
+def test_a_solver_behind_the_command_is_refused_with_its_place(capsys, words, given):
+    assert cli.main([*words.split(), *given.split()]) == 2
+    said = f"hopform: --solver stands before the command: hopform --solver DIR|NAME {words}\n"
+    assert capsys.readouterr().err == said
+
+
+def test_no_name_of_an_argument_is_in_brackets_twice(capsys):
+    """The usage has an argument that may be left out in [], one that has to be given in {}."""
+    for words in cli.COMMANDS:
+        assert cli.main([*words.split(), "--help"]) == 0
+        usage = capsys.readouterr().out.splitlines()[0]
+        assert not any(twice in usage for twice in ("[[", "]]", "{{", "}}")), usage
+
+
 def test_options_stand_under_what_they_are_about(capsys):
     assert cli.main(["hop", "--help"]) == 0
     parts = capsys.readouterr().out.split("\n\n")

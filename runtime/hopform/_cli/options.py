@@ -114,13 +114,13 @@ def option(
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
-        "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; default: all"),
-        "number": typer.Argument(metavar="[N|CLAIM]", help="number of an equation, or with --claims name of a claim; default: all"),
+        "name": typer.Argument(metavar="NAME|FILE.toml", help="one robot; default: all"),
+        "number": typer.Argument(metavar="N|CLAIM", help="number of an equation, or with --claims name of a claim; default: all"),
         **{
             f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file (runs its code), or the name of a model that ships")
             for name in ("check", "build", "prove", "show")
         },
-        "formula": typer.Argument(metavar="[FORMULA]", help="name of a formula, a group, or a number of the paper; default: all"),
+        "formula": typer.Argument(metavar="FORMULA", help="name of a formula, a group, or a number of the paper; default: all"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
         "reference write.folder": typer.Argument(metavar="DIR", help="new or empty folder"),
         "function": typer.Argument(metavar="MODULE:FUNCTION", help="the simulator (runs its code); the module may be in this directory"),

@@ -51,7 +51,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "test": typer.Argument(help="test to record; motion is that of any model, for `hopform fit`"),
         "kind": typer.Argument(
-            metavar="{drop|all|check}", help="drop: drops only; all: all recordings of a robot; check: what they can identify",
+            metavar="drop|all|check", help="drop: drops only; all: all recordings of a robot; check: what they can identify",
         ),
         "files": typer.Argument(
             metavar="FILES", help="CSV files; with `all` or `check` each may be ROLE:FILE, of drop|free|decay|step|air"
