@@ -12,6 +12,7 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -135,6 +136,33 @@ def cvode() -> Library:
 
 
 def versions() -> str:
-    """Compiler and processor, for the caption."""
+    """The compiler, with its version."""
     done = subprocess.run([*compilers()[0], "--version"], capture_output=True, text=True, check=False)
     return done.stdout.splitlines()[0] if done.stdout else compilers()[0][0]
+
+
+def versions_of_peers() -> str:
+    """Peers with their versions, those in C and C++ by a macro of a header; without those that are absent."""
+    of_python = (f"{name} {_version(name)}" for name in ("scipy", "numba", "diffrax", "casadi") if _version(name))
+    macros = (
+        ("boost", "boost/version.hpp", "BOOST_LIB_VERSION"),
+        ("sundials", "sundials/sundials_config.h", "SUNDIALS_VERSION"),
+    )
+    of_c = (f"{name} {found}" for name, header, macro in macros if (found := _macro(header, macro)))
+    return ", ".join([*of_c, *of_python])
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _macro(header: str, name: str) -> str:
+    """The text that a macro of a header stands for; "" where there is no such header."""
+    lines = f"#include <{header}>\n{name}\n"
+    done = subprocess.run(
+        [*compilers()[1], "-E", "-P", "-x", "c++", "-"], input=lines, capture_output=True, text=True, check=False
+    )
+    return done.stdout.splitlines()[-1].strip('"').replace("_", ".") if done.returncode == 0 else ""

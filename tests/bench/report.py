@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tests.bench.beside import Line
+from tests.bench.native import versions, versions_of_peers
 from tests.bench.pieces import Piece
 from tests.bench.rows import BASE
 from tests.bench.timing import Outcome, Result, agree
@@ -165,7 +166,8 @@ def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line], loops: tup
 
 `make bench` makes this page and its picture: {outcome.count} stances of each set, one thread,
 processor time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows).
-hopform is compiled with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
+hopform is compiled with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native. All by
+{versions()}; {versions_of_peers()}.
 
 {said_of(loops)}
 
