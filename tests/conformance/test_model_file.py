@@ -499,7 +499,13 @@ def with_law(
 
 BAD_FILES = {
     "no element": ("", "the file declares no element"),
-    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined"),
+    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined, did you mean 'spring'?"),
+    "an element that is none": (
+        "drag(q, r)", "NameError: name 'drag' is not defined; hopform.model has contact, coordinate, current, force",
+    ),
+    "a velocity of an included file": (
+        "include('hopper').v2", "has no attribute 'v2'; what is included has m_eff, m_s, k, L0, c, b1, ",
+    ),
     "an old form": ("terms = ()", "the file declares no element"),
     "a parameter declared twice": ('parameter("r", "N", "again")', "the name of a parameter is 'r': it is a parameter"),
     "a coordinate called as a parameter": (
