@@ -92,6 +92,7 @@ docs: compiler doxygen venv-docs ## build the site into out/site; warnings are e
 figures: compiler venv ## draw the paper's figures 1 to 17 and the animation into out/figures, their captions beside them
 	$(PY) tools/build_library.py
 	$(PY) -m docs.gallery out/figures
+	@echo "read out/figures/captions.md: every figure with its caption"
 
 play: compiler venv-zig ## build the page to play with, one file in out/play
 	@$(PY) tools/build_library.py

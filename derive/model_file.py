@@ -4,6 +4,7 @@ The file is run as Python. What it declares ends up in the names, comments and n
 could not stand there is refused in one line: the file, the element, the value and what is allowed.
 """
 
+import difflib
 import re
 import runpy
 import sys
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 from . import model
 from .model.declare import Draft, drafted, shown
@@ -47,10 +48,20 @@ def _run(path: Path) -> object:
             return runpy.run_path(str(path)).get("__doc__")
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
-        text = error.msg if isinstance(error, SyntaxError) else str(error)
+        text = error.msg if isinstance(error, SyntaxError) else f"{error}{_known(error)}"
         kind = "" if isinstance(error, ModelError) else type(error).__name__
         message = ": ".join(part for part in (kind, shown(text, 400)) if part)
         raise ModelError(message, line) from None
+
+
+def _known(error: BaseException) -> str:
+    """What there is in place of a name that is not there: the elements, or what an included file declares."""
+    if isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace):
+        return f"; what is included has {', '.join(vars(error.obj))}"
+    if not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
+        return ""
+    near = difflib.get_close_matches(error.name, model.__all__, 1)
+    return f", did you mean {near[0]!r}?" if near else f"; hopform.model has {', '.join(model.__all__)}"
 
 
 @contextmanager

@@ -240,6 +240,7 @@ class _Mechanism:
                 _fits(element, values[key], unit, dimensions, f"{element}: {key}")
         if element.kind not in ("spring", "viscous") or not where:
             return
+        self._slopes(element)
         what = f"{element}: {element.on}"
         try:
             stretch = units.of_expression(sp.expand(element.on), dimensions)
@@ -260,10 +261,10 @@ class _Mechanism:
             per = "rad" if units.spelled(stretch) == "1" else units.spelled(stretch)
             rate = " s" if element.kind == "viscous" else ""
             fits = "N m" if per == "rad" else "N"
+            has = self.parameters[value].unit if value in self.parameters else units.spelled(dimension)
             raise _refused(
                 element,
-                f"{element}: {unit} {_short(value)} is in {units.spelled(dimension)}, and of a stretch in {per} it must be "
-                f"in {fits}{rate}/{per}",
+                f"{element}: {unit} {_short(value)} is in {has}, and of a stretch in {per} it must be in {fits}{rate}/{per}",
             )
 
     # ---- which mass is which ----

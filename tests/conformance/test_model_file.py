@@ -499,7 +499,13 @@ def with_law(
 
 BAD_FILES = {
     "no element": ("", "the file declares no element"),
-    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined"),
+    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined, did you mean 'spring'?"),
+    "an element that is none": (
+        "drag(q, r)", "NameError: name 'drag' is not defined; hopform.model has contact, coordinate, current, force",
+    ),
+    "a velocity of an included file": (
+        "include('hopper').v2", "has no attribute 'v2'; what is included has m_eff, m_s, k, L0, c, b1, ",
+    ),
     "an old form": ("terms = ()", "the file declares no element"),
     "a parameter declared twice": ('parameter("r", "N", "again")', "the name of a parameter is 'r': it is a parameter"),
     "a coordinate called as a parameter": (
@@ -553,6 +559,10 @@ BAD_FILES = {
     "a number too large": (damping("2**200"), "between 1e-30 and 1e30"),
     "a symbol of no quantity": (damping('sp.Symbol("r")'), "r is not declared: symbols are what `parameter`"),
     "a symbol of another file": ("viscous(sp.Symbol('q', real=True), r)", "q is not declared"),
+    "a spring that is not linear, with a parameter": (
+        'k = parameter("k", "N m/rad^3", "hardening", "positive")\nspring(q**3, k)',
+        "spring 'spring' is not linear: q**3 changes with q by 3*q**2",
+    ),
     "a spring that is not linear": ("spring(q**2, 1)", "spring 'spring' is not linear: q**2 changes with q by 2*q"),
     "a stiffness that changes with a coordinate": ("spring(q, r*q)", "stiffness is q*r, which changes with q; the"),
     "a torque that changes with a coordinate": (
@@ -625,7 +635,7 @@ BAD_FILES = {
     ),
     "a stiffness in newtons per metre": (
         'k = parameter("k", "N/m", "stiffness", "positive")\nspring(q, k)',
-        "stiffness k is in kg/s^2, and of a stretch in rad it must be in N m/rad",
+        "stiffness k is in N/m, and of a stretch in rad it must be in N m/rad",
     ),
     "a sum of unlike units": (
         'k = parameter("k", "N/m", "stiffness", "positive")\nspring(q, k + r)', "whose units do not fit",

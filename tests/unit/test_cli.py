@@ -571,7 +571,13 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
     ("arguments", "expected"),
     [
         (("stanc",), "'stance'"),
+        (("stance", "--solver", "joint"), "--solver stands before the command: hopform --solver DIR|NAME COMMAND"),
+        (("model", "check", "--solver=joint"), "--solver stands before the command"),
         (("equations", "99"), "there is no equation '99'; known: (1) to (27)"),
+        (
+            ("equations", "fast"),
+            "there is no equation 'fast'; known: (1) to (27); `hopform equations --claims fast` shows",
+        ),
         (("equations", "99", "--claims"), "there is no claim '99'; `hopform equations --claims` lists them"),
         (("equations", "--claims", "--as", "c"), "--claims and --as exclude each other"),
         (("robots", "--json", "--toml"), "exclude each other"),

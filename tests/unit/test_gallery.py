@@ -415,6 +415,21 @@ def test_the_figures_are_written_with_what_make_run_installs(tmp_path):
     assert (tmp_path / "animation.gif").read_bytes()[:6] == b"GIF89a"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["{}", "18"], "the figures are 1 to 17, got '18'"),
+        (["{}", "7", "seven"], "the figures are 1 to 17, got 'seven'"),
+        ([], "required: DIR"),
+    ],
+)
+def test_a_figure_that_is_none_is_refused_and_nothing_is_written(tmp_path, arguments, why):
+    folder = tmp_path / "figures"
+    command = [sys.executable, "-m", "docs.gallery", *(each.format(folder) for each in arguments)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.endswith(f"{why}\n") and not folder.exists()
+
+
 def test_pictures_need_numpy_and_matplotlib_alone():
     """The rule of the house for the runtime, where it draws, and for the gallery."""
     for folder, known in ((Path(plots.__file__).parent, set()), (Path(gallery.__file__).parent, {"docs"})):

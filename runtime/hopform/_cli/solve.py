@@ -52,6 +52,8 @@ def equations(
     found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
+        if any(claim.name == number for claim in in_use().claims()):
+            known += f"; `hopform equations --claims {number}` shows the claim of this name"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
     text = to_json("equations", equations=found, claims=()) if json else ""
     if form is not None:
