@@ -571,8 +571,6 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
     ("arguments", "expected"),
     [
         (("stanc",), "'stance'"),
-        (("stance", "--solver", "joint"), "--solver stands before the command: hopform --solver DIR|NAME COMMAND"),
-        (("model", "check", "--solver=joint"), "--solver stands before the command"),
         (("equations", "99"), "there is no equation '99'; known: (1) to (27)"),
         (
             ("equations", "fast"),
