@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 
 import hopform
@@ -253,10 +254,13 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
     for head, said in {
         "time_s,phi_m,i_A": "must be in rad or a multiple of it, as phi of the model",
         "time_s,phi_rad,i_m": "must be in A, as i of the model",
-        "time_s,q_rad,i_A": "no column is a coordinate of the model: name it",
+        "time_s,q_rad,i_A": r"no column is a coordinate of the model \w+: name it phi .* there are q_rad, i_A$",
+        "time_s,phi,i": "there are none; without a known unit, so left out: 'phi', 'i'$",
     }.items():
         with pytest.raises(hopform.HopformError, match=said):
             hopform.identify.fit(joint, table(head, phi, zero), known={"J": 1.0})
+    with pytest.raises(hopform.HopformError, match=r"recordings must be .* got a table: write it by to_csv"):
+        hopform.identify.fit(joint, pandas.DataFrame({"time_s": phi, "phi_rad": phi}), known={"J": 1.0})
     with pytest.raises(hopform.HopformError, match="gravity's sine is a torque on one angle .* x1 .m., x2 .m."):
         hopform.identify.fit("hopper", table("time_s,x1_m,x2_m,u_A", phi, phi, zero), sine=True)
 
