@@ -239,6 +239,10 @@ class Modelled(Experiment):
         return self.model.input is not None and self.steps != ((0.0, 0.0),)
 
     @property
+    def swings(self) -> bool:
+        return self.grid is not None
+
+    @property
     def powers(self) -> Mapping[str, int]:
         return self.model.powers
 

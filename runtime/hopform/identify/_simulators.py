@@ -27,7 +27,7 @@ from hopform._checks import instance, word
 from hopform._texts import comment_of_xml, line
 from hopform.identify._fits import Fit
 from hopform.identify._held import Held
-from hopform.identify._models import Model, Modelled
+from hopform.identify._models import Model
 from hopform.identify._motion import Array, Values
 
 NAME = "identified"
@@ -138,8 +138,7 @@ def _words(fit: Fit) -> Callable[[Values], dict[str, float]]:
 
 def _swings(fit: Fit) -> bool:
     """Whether gravity's sine is the spring."""
-    first = fit.solution.experiments[0] if fit.solution else None
-    return isinstance(first, Modelled) and first.grid is not None
+    return fit.solution is not None and fit.solution.experiments[0].swings
 
 
 def notes(fit: Fit) -> list[str]:
