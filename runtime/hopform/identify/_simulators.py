@@ -226,7 +226,10 @@ def _keyframe(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     for n, trace in enumerate(fit.traces):
         if trace.quantity == position and f"{place}@{n}" in fit.values:
             q, v = fit.values[f"{place}@{n}"], fit.values.get(f"{speed}@{n}", 0.0)
-            keys += [f"  {each}" for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s on"])]
+            keys += [
+                f"  {each}"
+                for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s after its first sample on"])
+            ]
             keys.append(f'    <key name="start_{n}" qpos="{q!r}" qvel="{v!r}"/>')
     return ["  <keyframe>", *keys, "  </keyframe>"] if keys else []
 
