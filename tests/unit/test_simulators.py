@@ -252,6 +252,11 @@ def test_what_a_simulator_reads_are_forces_and_their_intervals():
     assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m", "N m/V", "V"]
 
 
+def test_friction_that_may_be_0_has_0_as_its_lower_end():
+    several = [each._replace(low=0.0) if each.name == "b1" else each for each in air().estimates]
+    assert quantities(replace(air(), estimates=tuple(several)))["damping"].low == 0.0
+
+
 def test_mujoco_reads_back_what_was_fitted():
     model, found = of_mjcf(air()).model, quantities(air())
     assert model.body_inertia[1, 2] == found["inertia"].value

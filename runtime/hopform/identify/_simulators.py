@@ -154,7 +154,8 @@ def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
     alone = np.flatnonzero(slope)
     if alone.size == 1 and fit.estimates[int(alone[0])].method != "not explained":
         one, by = fit.estimates[int(alone[0])], float(slope[alone[0]])
-        low, high = sorted(value + by * (end - one.value) for end in (one.low, one.high))
+        share = value / one.value if one.value and math.isclose(value, by * one.value, rel_tol=1e-8) else 0.0
+        low, high = sorted(share * end if share else value + by * (end - one.value) for end in (one.low, one.high))
         return Quantity(value, low, high, unit)
     spread = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
     half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
