@@ -596,6 +596,7 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
             ("hop", "--height", "0.2", "--terrain", "hills"),
             "there is no terrain 'hills'; known: flat, steps, uniform, gaussian",
         ),
+        (("hop", "--height", "0.2", "--terrain", "hills.csv"), "hills.csv cannot be read: No such file or directory"),
         (("hop", "--height", "0.2", "--size", "-0.1", "--terrain", "gaussian"), "size must be >= 0 m"),
         (("hop", "--height", "0.2", "--controller", "exact"), "the controller exact needs --h-des"),
         (

@@ -5,6 +5,7 @@ bad data are refused by name.
 import dataclasses
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -44,6 +45,7 @@ def test_a_drop_with_hops_identifies_the_spring_the_length_and_the_impact():
     assert 1.8e-4 <= fit.rms <= 2.2e-4
     assert fit.old_rms > 3.0 * fit.rms
     assert fit.traces[0].holdout <= 3e-4
+    assert re.search(r" impact_loss = [\d.]+ \+- [\d.]+$", repr(fit), re.MULTILINE), repr(fit)  # a share, not in J
 
 
 @pytest.mark.sliced

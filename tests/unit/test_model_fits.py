@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 
 import hopform
@@ -99,13 +100,16 @@ def test_what_is_tied_is_drawn_alike_and_a_combination_is_refused_by_name(joint)
 
 @dataclass(frozen=True)
 class Pendulum:
-    """J q'' = -K sin(q) - b q' - F sign(q'), let go at an angle; more: by how much F is higher backward."""
+    """J q'' = -K sin(q) - b q' - F sign(q'), let go at an angle; more: by how much F is higher backward; softer: the share
+    of sin(q) - q that is added to sin(q).
+    """
 
     J: float = 0.0071
     K: float = 0.4807
     b: float = 0.002
     F: float = 0.012
     more: float = 0.0
+    softer: float = 0.0
 
     def swings(self, start: float, count: int) -> np.ndarray:
         """The angle at samples, by 40 semi-implicit steps of time in each."""
@@ -113,7 +117,9 @@ class Pendulum:
         for n in range(count):
             found[n] = q
             for _ in range(40):
-                w = v - h * (self.K * math.sin(q + 0.5 * h * v) + self.b * v) / self.J
+                z = q + 0.5 * h * v
+                pull = math.sin(z) + self.softer * (math.sin(z) - z)
+                w = v - h * (self.K * pull + self.b * v) / self.J
                 slowed = h * (self.F + (self.more if w < 0.0 else 0.0)) / self.J
                 w = 0.0 if abs(w) <= slowed else w - math.copysign(slowed, w)
                 q, v = q + 0.5 * h * (v + w), w
@@ -133,7 +139,18 @@ def test_a_pendulum_that_swings_through_80_degrees_is_found_by_gravity_s_sine(jo
     small = table("time_s,phi_rad", own.swings(0.4, 800) + noise)
     plain = hopform.identify.fit(joint, small, **how)
     assert math.isinf(plain["J"].high) and plain["J"].value > 1.005 * own.J
-    assert any("gravity's sine" in each and "sine=True" in each for each in plain.warnings)
+    assert any("gravity's sine" in each and "--sine (in Python sine=True)" in each for each in plain.warnings)
+
+
+def test_gravity_s_sine_is_no_cause_of_what_a_fit_with_it_leaves(joint):
+    """A spring that softens three times as much as gravity's sine: with the sine in the fit, a second one is no cause."""
+    own = Pendulum(softer=2.0)
+    phi = own.swings(0.6, 640) + 1e-3 * np.random.default_rng(6).standard_normal(640)
+    known, fitted = {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}, ["J", "b", "F_plus"]
+    diagnosed = ALONE | {"diagnose": True}
+    fit = hopform.identify.fit(joint, table("time_s,phi_rad", phi), sine=True, fitted=fitted, known=known, **diagnosed)
+    names = [each.name for each in fit.diagnoses]
+    assert "hardening" in names and "gravity" not in names
 
 
 def test_a_pendulum_that_is_let_go_at_160_degrees_is_found_to_its_noise(joint):
@@ -253,10 +270,13 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
     for head, said in {
         "time_s,phi_m,i_A": "must be in rad or a multiple of it, as phi of the model",
         "time_s,phi_rad,i_m": "must be in A, as i of the model",
-        "time_s,q_rad,i_A": "no column is a coordinate of the model: name it",
+        "time_s,q_rad,i_A": r"no column is a coordinate of the model \w+: name it phi .* there are q_rad, i_A$",
+        "time_s,phi,i": "there are none; without a known unit, so left out: 'phi', 'i'$",
     }.items():
         with pytest.raises(hopform.HopformError, match=said):
             hopform.identify.fit(joint, table(head, phi, zero), known={"J": 1.0})
+    with pytest.raises(hopform.HopformError, match=r"recordings must be .* got a table: write it by to_csv"):
+        hopform.identify.fit(joint, pandas.DataFrame({"time_s": phi, "phi_rad": phi}), known={"J": 1.0})
     with pytest.raises(hopform.HopformError, match="gravity's sine is a torque on one angle .* x1 .m., x2 .m."):
         hopform.identify.fit("hopper", table("time_s,x1_m,x2_m,u_A", phi, phi, zero), sine=True)
 

@@ -22,6 +22,7 @@ from hopform import _front as cli
 from hopform.identify._fits import Fit
 from hopform.identify._force import fit_force
 from hopform.identify._joint import fit_robot
+from hopform.identify._recordings import parse_recording
 from hopform.identify._segments import filtered
 from hopform.identify._simulators import exported, quantities
 from tests.fits import ALONE
@@ -251,6 +252,11 @@ def test_what_a_simulator_reads_are_forces_and_their_intervals():
     assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m", "N m/V", "V"]
 
 
+def test_friction_that_may_be_0_has_0_as_its_lower_end():
+    several = [each._replace(low=0.0) if each.name == "b1" else each for each in air().estimates]
+    assert quantities(replace(air(), estimates=tuple(several)))["damping"].low == 0.0
+
+
 def test_mujoco_reads_back_what_was_fitted():
     model, found = of_mjcf(air()).model, quantities(air())
     assert model.body_inertia[1, 2] == found["inertia"].value
@@ -262,6 +268,16 @@ def test_mujoco_reads_back_what_was_fitted():
     assert hung.qpos_spring[0] == pytest.approx(
         decay()["rest@0"].value, rel=1e-12
     )  # in radians: MJCF's default is degrees
+
+
+def test_a_key_s_time_counts_from_the_first_sample_whatever_the_logger_s_zero():
+    rows = np.stack([TIME + 100.0, angles(PENDULUM)], axis=1).tolist()
+    text = "\n".join(["time_s,position_rad", *(",".join(map(repr, row)) for row in rows)])
+    fit = fit_robot(decays=parse_recording(text, "late.csv"), known={"k": 0.4807}, **ALONE)
+    found = re.search(r"start_0: late.csv from (\S+) s after its first sample on -->", exported(fit, "mjcf"))
+    assert found is not None
+    place = float(np.interp(float(found[1]), TIME, angles(PENDULUM)))
+    assert of_mjcf(fit).model.key_qpos[0, 0] == pytest.approx(place, abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
     """The heights that `hop` is asked for: as many as the file has, 8 or as said otherwise."""
     if name in NAMES:
         return generate(name, 8 if hops is None else hops, size, seed)
-    if not Path(name).exists():
+    if not Path(name).suffix and not Path(name).exists():
         message = f"there is no terrain {shown(name)}; known: {', '.join(NAMES)}, or a CSV file"
         raise HopformError(message)
     heights = read(name)

@@ -329,7 +329,7 @@ def _power(residual: Array) -> float:
 
 _OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES} | {
     "known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber",
-    "gravity": "hopform.identify.fit takes it as sine=True", "sign": "turn it there, or in what is known of the drive",
+    "gravity": "fit a joint with --sine (in Python sine=True)", "sign": "turn it there, or in what is known of the drive",
 }  # fmt: skip
 
 
@@ -358,7 +358,7 @@ def _shapes() -> Mapping[str, Sequence[Force]]:
 def _forces(problem: Problem, solution: Solution) -> Iterator[Tried]:
     """Forces that explain what is left; of each cause the shape that explains most."""
     for name, shapes in _shapes().items():
-        if name == "gravity" and problem.units.position != "rad":
+        if name == "gravity" and (problem.units.position != "rad" or problem.experiments[0].swings):
             continue
         if name == "Stribeck" and not _has_friction(problem, solution):
             continue

@@ -127,7 +127,7 @@ class Fit(Shown):
     def _unit(self, name: str) -> str | None:
         if name == "rms":
             return self.units.force if self.kind == "force" else self.units.position
-        return super()._unit(name)
+        return None if name in self.values else super()._unit(name)  # an estimate has its figures as a word
 
     def _curve(self) -> Curve:
         trace = self.traces[0]
@@ -289,7 +289,8 @@ def _jumping(problem: Problem) -> list[str]:
     statements, (unit, factor) = list[str](), problem.units.shown("x1")
     for experiment in problem.experiments:
         for jump in rivals.jumps_of(experiment.time, experiment.measured)[:1]:
-            when = f"between {jump.before + experiment.begin:.4g} and {jump.after + experiment.begin:.4g} s"
+            span = f"{jump.before + experiment.begin:.4g} and {jump.after + experiment.begin:.4g} s"
+            when = f"between {span} after the first sample"
             moves = f"moves {when} by {factor * abs(jump.size):.3g} {unit} more than before and after"
             turns = f"its velocity changes by {factor * abs(jump.speed):.3g} {unit}/s {when}"
             asked = "are samples lost there, is its time wrong" + (", or is it hit?" if jump.speed else "?")

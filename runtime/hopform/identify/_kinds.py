@@ -238,6 +238,9 @@ Given = Mapping[Kind, Recordings]
 
 def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
+    if hasattr(recordings, "to_csv"):
+        what = "recordings, as read_recording gives them, or their files"
+        raise HopformError(f"{name} must be {what}, got a table: write it by to_csv(path, index=False)")
     one = isinstance(recordings, Recording | File)
     several: list[Any] = [recordings] if one else items(name, recordings, "recordings", MOST_RECORDINGS)
     several_read = [read_recording(each) if isinstance(each, File) else each for each in several]

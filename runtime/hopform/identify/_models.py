@@ -239,6 +239,10 @@ class Modelled(Experiment):
         return self.model.input is not None and self.steps != ((0.0, 0.0),)
 
     @property
+    def swings(self) -> bool:
+        return self.grid is not None
+
+    @property
     def powers(self) -> Mapping[str, int]:
         return self.model.powers
 
@@ -938,9 +942,9 @@ def _view(model: Model, recording: Recording) -> Recording:
         columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
         names = " or ".join(f"{each.coordinate} (as in {each.coordinate}_{each.unit})" for each in model.masses)
-        there = ", ".join(each.title for each in recording.columns.values()) or "none"
         raise recording.error(
-            f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
+            f"no column is a coordinate of the model {model.core.name}: name it {names}; there are {recording.titled()}",
+            recording.head,
         )
     if model.law is not None:
         columns["target"] = _target(model, recording)
@@ -970,10 +974,9 @@ def _target(model: Model, recording: Recording) -> Column:
     name, unit = cast(Law, model.law).target, cast("dict[str, Any]", model.input)["unit"]
     column = recording.named(name) or recording.found("target")
     if column is None:
-        there = ", ".join(each.title for each in recording.columns.values()) or "none"
         raise recording.error(
             f"no column is the {name} of the law: name it {name}, goal, command or setpoint, with its unit, as in "
-            f"goal_{unit}; there are {there}. Without it fit the mechanism without the law, under the measured "
+            f"goal_{unit}; there are {recording.titled()}. Without it fit the mechanism without the law, under the measured "
             f"{cast(Law, model.law).current}",
             recording.head,
         )

@@ -282,12 +282,16 @@ class Recording(Shown):
         what, quantities = ("a current", DRIVES) if of == "u" else (f"a position {of}", _MOST_WAY)
         column = self.found(of)
         if column is None:
-            titles = ", ".join(column.title for column in self.columns.values())
             advice = f"one must be named {' or '.join(TITLES[of])}, with its unit"
-            raise self.error(f"no column is {what}: {advice}; there are {titles}", self.head)
+            raise self.error(f"no column is {what}: {advice}; there are {self.titled()}", self.head)
         if column.quantity not in quantities:
             raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", self.head, column)
         return column
+
+    def titled(self) -> str:
+        """The names of its columns, and what was left out, as a list in an error."""
+        left_out = [note for note in self.notes if note.startswith(_LEFT_OUT)]
+        return "; ".join([", ".join(column.title for column in self.columns.values()) or "none", *left_out])
 
     def units(self, of: str, *, driven: bool = True) -> Units:
         """The units of x1 or x2, and of what drives it, A if nothing does."""

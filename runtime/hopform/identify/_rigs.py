@@ -219,6 +219,11 @@ class Experiment:
         return self.kind == "free"
 
     @property
+    def swings(self) -> bool:
+        """Whether gravity's sine is its spring."""
+        return False
+
+    @property
     def powers(self) -> Mapping[str, int]:
         """The powers of 1/s in which letters count."""
         return POWERS

@@ -27,7 +27,7 @@ from hopform._checks import instance, word
 from hopform._texts import comment_of_xml, line
 from hopform.identify._fits import Fit
 from hopform.identify._held import Held
-from hopform.identify._models import Model, Modelled
+from hopform.identify._models import Model
 from hopform.identify._motion import Array, Values
 
 NAME = "identified"
@@ -138,8 +138,7 @@ def _words(fit: Fit) -> Callable[[Values], dict[str, float]]:
 
 def _swings(fit: Fit) -> bool:
     """Whether gravity's sine is the spring."""
-    first = fit.solution.experiments[0] if fit.solution else None
-    return isinstance(first, Modelled) and first.grid is not None
+    return fit.solution is not None and fit.solution.experiments[0].swings
 
 
 def notes(fit: Fit) -> list[str]:
@@ -155,7 +154,8 @@ def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
     alone = np.flatnonzero(slope)
     if alone.size == 1 and fit.estimates[int(alone[0])].method != "not explained":
         one, by = fit.estimates[int(alone[0])], float(slope[alone[0]])
-        low, high = sorted(value + by * (end - one.value) for end in (one.low, one.high))
+        share = value / one.value if one.value and math.isclose(value, by * one.value, rel_tol=1e-8) else 0.0
+        low, high = sorted(share * end if share else value + by * (end - one.value) for end in (one.low, one.high))
         return Quantity(value, low, high, unit)
     spread = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
     half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
@@ -227,7 +227,10 @@ def _keyframe(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     for n, trace in enumerate(fit.traces):
         if trace.quantity == position and f"{place}@{n}" in fit.values:
             q, v = fit.values[f"{place}@{n}"], fit.values.get(f"{speed}@{n}", 0.0)
-            keys += [f"  {each}" for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s on"])]
+            keys += [
+                f"  {each}"
+                for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s after its first sample on"])
+            ]
             keys.append(f'    <key name="start_{n}" qpos="{q!r}" qvel="{v!r}"/>')
     return ["  <keyframe>", *keys, "  </keyframe>"] if keys else []
 
