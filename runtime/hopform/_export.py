@@ -192,14 +192,20 @@ HOPS = 12
 
 
 def facts_of_hops(robot: Robot, precision: str) -> dict[str, str]:
-    """What robot.h has of a robot that hops."""
+    """What robot.h has of a robot that hops, whose program stops where its plan has a warning."""
     kept = heights_kept(robot)
+    stance = solve_stance(robot, v2=-1.0, u=0.0, dtype=DTYPES[precision])
+    for stiff in (text for text in stance.warnings if text.startswith("ill_conditioned")):
+        instead = ": export with --f64" if precision == "f32" else ""
+        raise HopformError(f"--robot: {shown(robot.name)} in {precision} is {stiff}{instead}")
     wanted = literal(kept[len(kept) // 2], DTYPES[precision])
     return {"lowest": f"{kept[0]:g}", "highest": f"{kept[-1]:g}", "h_des": wanted}
 
 
 def heights_kept(robot: Robot) -> list[float]:
-    """Those of HEIGHTS that a robot can keep for HOPS hops, the first a drop from there with the actuator at x1 = 0."""
+    """Those of HEIGHTS that a robot can keep for HOPS hops within the travel of its spring, the first a drop from there
+    with the actuator at x1 = 0.
+    """
     kept: list[float] = []
     for h in HEIGHTS:
         flight = solve_flight(robot, x1=robot.home, x2=h + robot.standing_height, v2=0.0)
@@ -208,13 +214,14 @@ def heights_kept(robot: Robot) -> list[float]:
                 break
             start: dict[str, Any] = {"x1": at.x1, "v1": at.v1, "v2": at.v2, "compression": flight.end_compression}
             stance = solve_stance(robot, **start, u=choose_current(robot, **start, h_des=h).u)
-            if not math.isclose(stance.apex, h, rel_tol=1e-6):
+            bound = stance.compression_max + robot.compression_at_rest > robot.travel
+            if bound or not math.isclose(stance.apex, h, rel_tol=1e-6):
                 break
             flight = stance.fly()
         else:
             kept.append(h)
     if not kept:
-        between = f"between {HEIGHTS[0]:g} m and {HEIGHTS[-1]:g} m"
+        between = f"between {HEIGHTS[0]:g} m and {HEIGHTS[-1]:g} m with its motor and the travel of its spring"
         raise HopformError(f"--robot: {shown(robot.name)} can keep no hop height {between}: no program makes it hop")
     return kept
 
