@@ -232,6 +232,7 @@ def test_the_program_hops_by_the_build_files_of(tmp_path, monkeypatch, system):
 
 
 @needs.library
+@pytest.mark.parametrize("precision", ["f32", "f64"])
 @pytest.mark.parametrize(
     "preset",
     [
@@ -239,9 +240,9 @@ def test_the_program_hops_by_the_build_files_of(tmp_path, monkeypatch, system):
         pytest.param("cortex-m4f", marks=[pytest.mark.sliced, needs.cortex_m]),
     ],
 )
-def test_the_program_hops_by_its_preset(tmp_path, preset):
+def test_the_program_hops_by_its_preset(tmp_path, preset, precision):
     """On the emulated board, too: `ctest` runs the program there."""
-    root = exported(tmp_path / "package", "cmake", precisions=("f32",))
+    root = exported(tmp_path / "package", "cmake", precisions=(precision,))
     cmake, ctest = shutil.which("cmake"), shutil.which("ctest")
     assert cmake is not None and ctest is not None, "cmake is not installed"
     folder = program_in(root)
