@@ -207,13 +207,17 @@ def limited(model: Model) -> str:
 
 
 def readings(model: Model) -> Iterator[dict[str, object]]:
-    """How C reads a column of one number: its name and meaning, and its value by a row `mode`."""
+    """How C reads a column of one number: its name, type and meaning, and its value by a row `mode`."""
     for name, meaning in COLUMNS.items():
         agreed = _agreed(model, name)
+        value: object = f"mode->{name}" if agreed is None else agreed
+        says = meaning.startswith("whether")
+        if says:
+            value = f"{value} != 0" if agreed is None else str(bool(agreed)).lower()
         yield {
-            "name": name, "meaning": meaning[0].upper() + meaning[1:],
+            "name": name, "type": "bool" if says else "int", "meaning": meaning[0].upper() + meaning[1:],
             "unread": [] if agreed is None else ["mode"],
-            "value": f"mode->{name}" if agreed is None else agreed,
+            "value": value,
         }  # fmt: skip
 
 

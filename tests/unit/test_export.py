@@ -189,11 +189,19 @@ def test_the_amalgamated_pair_gives_the_digest_of_the_library(tmp_path):
     assert said == f"f32 {selftest('float32'):08x} f64 {selftest('float64'):08x}\n"
 
 
+def ten_lines_compile(root: Path, folder: Path, *flags: str) -> None:
+    (code,) = re.findall(r"```c\n(.*?)```", (root / "README.md").read_text("utf-8"), re.DOTALL)
+    (folder / "wiring.c").write_text(code, "utf-8")
+    run(*CC, *FLAGS, "-std=c99", *flags, "-I", root / "include", "-c", "wiring.c", "-o", "wiring.o", cwd=folder)
+
+
 def test_the_ten_lines_of_the_readme_compile(packages, tmp_path):
-    (code,) = re.findall(r"```c\n(.*?)```", (packages["plain"] / "README.md").read_text("utf-8"), re.DOTALL)
-    (tmp_path / "wiring.c").write_text(code, "utf-8")
-    flags = [*FLAGS, "-std=c99", "-Wdouble-promotion", "-Wconversion", "-I", packages["plain"] / "include"]
-    run(*CC, *flags, "-c", "wiring.c", "-o", "wiring.o", cwd=tmp_path)
+    ten_lines_compile(packages["plain"], tmp_path, "-Wdouble-promotion", "-Wconversion")
+
+
+def test_the_ten_lines_of_the_readme_compile_where_double_precision_is_alone(tmp_path):
+    export(tmp_path / "package", Wanted("plain", precisions=("f64",)))
+    ten_lines_compile(tmp_path / "package", tmp_path)
 
 
 # ---- CMake: a project of its own consumes the package in three ways ----

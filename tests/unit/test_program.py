@@ -157,7 +157,7 @@ def test_the_readme_has_a_section_for_each_build_system_and_names_folders_that_a
     [
         ("platformio", {"platformio.ini", "src/main.c", "src/plant.c", "src/hardware.h", "src/robot.h", "src/print.c"}),
         ("zephyr", {"CMakeLists.txt", "prj.conf", "sample.yaml", "src/main.c", "src/robot.h"}),
-        ("esp-idf", {"CMakeLists.txt", "main/CMakeLists.txt", "main/main.c", "main/robot.h"}),
+        ("esp-idf", {"CMakeLists.txt", "sdkconfig.defaults", "main/CMakeLists.txt", "main/main.c", "main/robot.h"}),
     ],
 )
 def test_the_program_lies_where_its_build_system_looks(system, files):
@@ -232,6 +232,7 @@ def test_the_program_hops_by_the_build_files_of(tmp_path, monkeypatch, system):
 
 
 @needs.library
+@pytest.mark.parametrize("precision", ["f32", "f64"])
 @pytest.mark.parametrize(
     "preset",
     [
@@ -239,9 +240,9 @@ def test_the_program_hops_by_the_build_files_of(tmp_path, monkeypatch, system):
         pytest.param("cortex-m4f", marks=[pytest.mark.sliced, needs.cortex_m]),
     ],
 )
-def test_the_program_hops_by_its_preset(tmp_path, preset):
+def test_the_program_hops_by_its_preset(tmp_path, preset, precision):
     """On the emulated board, too: `ctest` runs the program there."""
-    root = exported(tmp_path / "package", "cmake", precisions=("f32",))
+    root = exported(tmp_path / "package", "cmake", precisions=(precision,))
     cmake, ctest = shutil.which("cmake"), shutil.which("ctest")
     assert cmake is not None and ctest is not None, "cmake is not installed"
     folder = program_in(root)
@@ -377,6 +378,35 @@ def test_a_robot_that_cannot_hop_is_refused_in_one_line(tmp_path, capsys):
     error = capsys.readouterr().err
     assert "--robot" in error and "no hop height" in error and len(error.splitlines()) == 1
     assert not (tmp_path / "new").exists()
+
+
+@needs.library
+def test_a_robot_that_is_too_stiff_for_the_precision_is_refused_in_it(tmp_path, capsys):
+    mine = tmp_path / "mine.toml"
+    stiff = replace(hopform.load_robot("hopper_c"), m_eff=0.1, b1=3000.0, gamma2=-600.0, u_max=6.0)
+    mine.write_text(stiff.to_toml(), "utf-8")
+    assert main(["export", str(tmp_path / "new"), "--robot", str(mine)]) == 2
+    error = capsys.readouterr().err
+    assert "ill_conditioned" in error and "--f64" in error and len(error.splitlines()) == 1
+    assert main(["export", str(tmp_path / "new"), "--robot", str(mine), "--f64"]) == 0
+
+
+@needs.library
+def test_the_program_says_which_status_stopped_it(tmp_path, libraries):
+    root = exported(tmp_path / "package", "plain")
+    header = program_in(root) / "robot.h"
+    header.write_text(header.read_text("utf-8").replace(".m_s = 3.0f", ".m_s = 0.0f"), "utf-8")
+    done = subprocess.run([hopper(root, libraries(root))], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stdout.endswith("\nhopform_plan_init refuses the robot, or warns of it. Status: -2\n")
+
+
+def test_no_height_is_kept_at_which_the_spring_binds():
+    from hopform._export import heights_kept
+
+    robot = hopform.load_robot("hopper_c")
+    short = heights_kept(replace(robot, travel=0.12))
+    assert short == heights_kept(robot)[: len(short)] and 0.1 < max(short) < 0.2
 
 
 def test_the_heights_that_a_robot_keeps_are_those_that_its_motor_pays_for():

@@ -396,7 +396,7 @@ static inline const search_node_f32 *meet_stop_f32(node_search_f32 *search, cons
 SELDOM_f32 void sharpen_arrival_f32(const stance_chain_f32 *chain, const node_search_f32 *search,
                                       const search_node_f32 *there, arrival_f32 *arrival) {
     const settling_f32 to = settling_of_f32(rates_of_chain_f32(chain), &chain->drive.named, &there->w);
-    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f32; n++) {
+    for (int n = HOPFORM_CONTACT_IS_ROW ? 1 : 0; n < NODE_FUNCTIONS_f32; n++) {
         const float terms = fabs_f32(to.end.of[n]) + fabs_f32(to.left.of[n]);
         if (terms < 0.5f * terms_of_node_f32(search, n, there)) {
             arrival->z[axis_of_row_f32[n]] = to.end.of[n] + to.left.of[n];
@@ -467,7 +467,7 @@ ALWAYS_f32 void end_next_interval_f32(node_search_f32 *search, float quiet) {
     if (!(length < left)) {
         put_node_after_f32(search, low, left, search->high);
         search->high->t = search->limit;
-    } else if (fades | grows | (quiet > 0.0f)) {
+    } else if (fades || grows || quiet > 0.0f) {
         put_node_after_f32(search, low, length, search->high);
     } else {
         const gained_f32 gained = gained_by_rows_f32(transition->stays, transition->gains, transition->moves,

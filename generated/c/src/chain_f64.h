@@ -396,7 +396,7 @@ static inline const search_node_f64 *meet_stop_f64(node_search_f64 *search, cons
 SELDOM_f64 void sharpen_arrival_f64(const stance_chain_f64 *chain, const node_search_f64 *search,
                                       const search_node_f64 *there, arrival_f64 *arrival) {
     const settling_f64 to = settling_of_f64(rates_of_chain_f64(chain), &chain->drive.named, &there->w);
-    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f64; n++) {
+    for (int n = HOPFORM_CONTACT_IS_ROW ? 1 : 0; n < NODE_FUNCTIONS_f64; n++) {
         const double terms = fabs_f64(to.end.of[n]) + fabs_f64(to.left.of[n]);
         if (terms < 0.5 * terms_of_node_f64(search, n, there)) {
             arrival->z[axis_of_row_f64[n]] = to.end.of[n] + to.left.of[n];
@@ -467,7 +467,7 @@ ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     if (!(length < left)) {
         put_node_after_f64(search, low, left, search->high);
         search->high->t = search->limit;
-    } else if (fades | grows | (quiet > 0.0)) {
+    } else if (fades || grows || quiet > 0.0) {
         put_node_after_f64(search, low, length, search->high);
     } else {
         const gained_f64 gained = gained_by_rows_f64(transition->stays, transition->gains, transition->moves,

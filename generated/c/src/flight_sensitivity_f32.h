@@ -158,6 +158,10 @@ static flight_answer_f32 flight_answer_of_f32(const flight_variation_f32 *variat
     }
     answer.response = response_over_f32(&answer.pair, h);
     answer.end = alone_after_f32(&answer.pair, &answer.start, h, &answer.response);
+    answer.x_by_p = 0.0f; /* these, until they are convolved */
+    answer.v_by_p = 0.0f;
+    answer.x_by_q = 0.0f;
+    answer.v_by_q = 0.0f;
     return answer;
 }
 
@@ -418,6 +422,7 @@ static float later_in_flight_f32(const flight_variation_f32 *variation, const fl
     }
     case AT_FIXED_TIME_f32:
     case AT_NOTHING_f32:
+    default:
         break;
     }
     return 0.0f;

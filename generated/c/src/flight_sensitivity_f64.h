@@ -158,6 +158,10 @@ static flight_answer_f64 flight_answer_of_f64(const flight_variation_f64 *variat
     }
     answer.response = response_over_f64(&answer.pair, h);
     answer.end = alone_after_f64(&answer.pair, &answer.start, h, &answer.response);
+    answer.x_by_p = 0.0; /* these, until they are convolved */
+    answer.v_by_p = 0.0;
+    answer.x_by_q = 0.0;
+    answer.v_by_q = 0.0;
     return answer;
 }
 
@@ -418,6 +422,7 @@ static double later_in_flight_f64(const flight_variation_f64 *variation, const f
     }
     case AT_FIXED_TIME_f64:
     case AT_NOTHING_f64:
+    default:
         break;
     }
     return 0.0;

@@ -5,6 +5,7 @@
 #ifndef HOPFORM_MODE_TABLE_H_f64
 #define HOPFORM_MODE_TABLE_H_f64
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "facts.h"
@@ -81,13 +82,13 @@ static inline int rates_of_mode_f64(row_f64 mode) {
 }
 
 /* Whether several elements slip. */
-static inline int several_of_mode_f64(row_f64 mode) {
-    return mode->several;
+static inline bool several_of_mode_f64(row_f64 mode) {
+    return mode->several != 0;
 }
 
 /* Whether none does. */
-static inline int rests_of_mode_f64(row_f64 mode) {
-    return mode->rests;
+static inline bool rests_of_mode_f64(row_f64 mode) {
+    return mode->rests != 0;
 }
 
 /* The element that slips alone, -1 if none. */
@@ -96,13 +97,13 @@ static inline int alone_of_mode_f64(row_f64 mode) {
 }
 
 /* Whether the stretch may fall while each velocity keeps its sign. */
-static inline int falls_of_mode_f64(row_f64 mode) {
-    return mode->falls;
+static inline bool falls_of_mode_f64(row_f64 mode) {
+    return mode->falls != 0;
 }
 
 /* Whether it may rise. */
-static inline int rises_of_mode_f64(row_f64 mode) {
-    return mode->rises;
+static inline bool rises_of_mode_f64(row_f64 mode) {
+    return mode->rises != 0;
 }
 
 #endif

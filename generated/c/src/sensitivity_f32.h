@@ -292,7 +292,7 @@ static bool stays_held_f32(const variation_f32 *variation, int element) {
     free.named = free_accelerations_f32(rates, &at->named, current_f32(variation, phase));
     const float downwards = -level_at_rest_f32(robot, element, -1);
     const float upwards = level_at_rest_f32(robot, element, 1);
-    const bool never_moves = HOPFORM_NEVER_MOVES(element);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element) != 0;
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
     const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_f32(robot));
     const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_f32(robot));

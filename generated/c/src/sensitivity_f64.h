@@ -292,7 +292,7 @@ static bool stays_held_f64(const variation_f64 *variation, int element) {
     free.named = free_accelerations_f64(rates, &at->named, current_f64(variation, phase));
     const double downwards = -level_at_rest_f64(robot, element, -1);
     const double upwards = level_at_rest_f64(robot, element, 1);
-    const bool never_moves = HOPFORM_NEVER_MOVES(element);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element) != 0;
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
     const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_f64(robot));
     const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_f64(robot));

@@ -396,7 +396,7 @@ static inline const search_node_real *meet_stop_real(node_search_real *search, c
 SELDOM_real void sharpen_arrival_real(const stance_chain_real *chain, const node_search_real *search,
                                       const search_node_real *there, arrival_real *arrival) {
     const settling_real to = settling_of_real(rates_of_chain_real(chain), &chain->drive.named, &there->w);
-    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_real; n++) {
+    for (int n = HOPFORM_CONTACT_IS_ROW ? 1 : 0; n < NODE_FUNCTIONS_real; n++) {
         const real terms = fabs_real(to.end.of[n]) + fabs_real(to.left.of[n]);
         if (terms < 0.5 * terms_of_node_real(search, n, there)) {
             arrival->z[axis_of_row_real[n]] = to.end.of[n] + to.left.of[n];
@@ -467,7 +467,7 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     if (!(length < left)) {
         put_node_after_real(search, low, left, search->high);
         search->high->t = search->limit;
-    } else if (fades | grows | (quiet > 0.0)) {
+    } else if (fades || grows || quiet > 0.0) {
         put_node_after_real(search, low, length, search->high);
     } else {
         const gained_real gained = gained_by_rows_real(transition->stays, transition->gains, transition->moves,

@@ -158,6 +158,10 @@ static flight_answer_real flight_answer_of_real(const flight_variation_real *var
     }
     answer.response = response_over_real(&answer.pair, h);
     answer.end = alone_after_real(&answer.pair, &answer.start, h, &answer.response);
+    answer.x_by_p = 0.0; /* these, until they are convolved */
+    answer.v_by_p = 0.0;
+    answer.x_by_q = 0.0;
+    answer.v_by_q = 0.0;
     return answer;
 }
 
@@ -418,6 +422,7 @@ static real later_in_flight_real(const flight_variation_real *variation, const f
     }
     case AT_FIXED_TIME_real:
     case AT_NOTHING_real:
+    default:
         break;
     }
     return 0.0;

@@ -292,7 +292,7 @@ static bool stays_held_real(const variation_real *variation, int element) {
     free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
     const real downwards = -level_at_rest_real(robot, element, -1);
     const real upwards = level_at_rest_real(robot, element, 1);
-    const bool never_moves = HOPFORM_NEVER_MOVES(element);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element) != 0;
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
     const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_real(robot));
     const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_real(robot));

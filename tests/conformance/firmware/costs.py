@@ -29,14 +29,16 @@ QUICK = tuple(build for build in BUILDS if build.name in ("m4f-gcc-O2", "m4f-gcc
 IMAGES = {
     1: "stance: plan_init, solve_stance, stance_at",
     2: "with choose_current",
-    3: "with energies, grid, flight",
-    4: "with sensitivities",
+    3: "with choose_current and solve_flight",
+    4: "with energies, grid, flight",
+    5: "with sensitivities",
+    6: "with selftest",
 }
 MOTION_IMAGES = {1: "plan_init, solve_motion, motion_at", 2: "with a plant, ticked"}
 MODELS = ("joint", "servo")
 """Models without a contact whose solvers are counted, too."""
 CALLS = ("plan_init", "solve_stance", "stance_at", "stance_energy", "stance_grid", "solve_flight",
-         "choose_current_begin", "choose_current_step", "choose_current")  # fmt: skip
+         "choose_current_begin", "choose_current_step", "choose_current", "selftest")  # fmt: skip
 MOTION_CALLS = ("plan_init", "solve_motion", "motion_at", "plant_step")
 
 PAID = (
@@ -166,7 +168,7 @@ def static_stack(build: Build, calls_of_users: Sequence[str], of: str = "") -> d
         if title in above:
             raise Failed(f"{title} is recursive")
         if title == "__indirect_call":  # the only one: a stance is followed where the controller asks for it
-            return depth(follows, above) if above[0].startswith("hopform_choose_current") else 0
+            return depth(follows, above) if any(each.startswith("hopform_choose_current") for each in above) else 0
         below = (depth(callee, (*above, title)) for callee in calls.get(title, ()))
         return frames.get(title, 0) + max(below, default=0)
 
@@ -245,7 +247,7 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
 
     memory = [
         ["flash, stance alone, -O2 / -Os", both(f"flash {IMAGES[1]}")],
-        ["flash, everything, -O2 / -Os", both(f"flash {IMAGES[4]}")],
+        ["flash, everything, -O2 / -Os", both(f"flash {IMAGES[6]}")],
         ["stack of solve_stance, static / painted", stacks("solve_stance", "modes")],
         ["stack of choose_current, static / painted", stacks("choose_current", "drops")],
         [".data + .bss", f"{m4f['data + bss']} B"],

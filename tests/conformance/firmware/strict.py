@@ -47,13 +47,16 @@ def misra() -> list[str]:
         "--addon=misra",
         "--platform=unix32",
         "--std=c99",
-        "--enable=warning,portability,performance",
+        "-DFLT_MANT_DIG=24",  # of float.h, which cppcheck has not: the sources refuse to be compiled without
+        "-DFLT_MAX_EXP=128",
+        "--enable=warning,portability,performance,information",
+        "--suppress=missingIncludeSystem",
         "--quiet",
         form,
     ]
     found = run(["cppcheck", *flags, "-I", str(C / "include"), *map(str, sources(("f32",)))], timeout=300)
     allowed = {f"misra-c2012-{rule}" for rule in argued()} | KNOWN_FALSE
     lines = [line for line in found.splitlines() if re.search(r":\d+: \S+$", line)]
-    if not lines:
-        return ["cppcheck found nothing at all, not even what docs/developers/misra.md argues: it did not look"]
+    if not any(line.endswith("misra-c2012-15.5") for line in lines):
+        return ["cppcheck found not even what docs/developers/misra.md argues most often: it did not look"]
     return [line for line in lines if line.rsplit(" ", 1)[1] not in allowed]

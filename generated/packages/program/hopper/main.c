@@ -32,8 +32,7 @@ static bool one_command(void) {
     const float fall = robot.g; /* how fast the body falls in flight */
     const float v2 = -sqrtf(2.0f * fall * H_DES * (1.0f - robot.impact_loss)); /* after the impact */
     const hopform_state_f32 touchdown = {0.0f, 0.0f, v2, 0.0f};                /* x1, v1, v2, compression */
-    return hopform_plan_init_f32(&plan, &robot) == HOPFORM_OK
-           && hopform_choose_current_f32(&search, &plan, &touchdown, &target, phases, PHASES, &command) == HOPFORM_OK;
+    return hopform_choose_current_f32(&search, &plan, &touchdown, &target, phases, PHASES, &command) == HOPFORM_OK;
 }
 
 /* (3) At take-off: when and how the leg will touch down, and the search for the current of that stance. */
@@ -84,6 +83,11 @@ static bool begin(void) {
         return false;
     }
     hardware_print("The digest is the expected one. Selftests passed: ", 1);
+    const int32_t status = hopform_plan_init_f32(&plan, &robot);
+    if (status != HOPFORM_OK) {
+        hardware_print("hopform_plan_init refuses the robot, or warns of it. Status: ", status);
+        return false;
+    }
     const bool found = one_command();
     const char *said = "No current is admissible. Current [mA]: ";
     if (command.status == HOPFORM_COMMAND_REACHED) {
