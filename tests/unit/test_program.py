@@ -58,13 +58,18 @@ def hops_near_what_is_wanted(said: str, root: Path) -> bool:
 
 CORE = """#include <stdint.h>
 #include <stdio.h>
+static unsigned long milliseconds;
+static inline unsigned long millis(void) { return milliseconds++; }
 struct Port {
   void begin(long) {}
+  explicit operator bool() const { return milliseconds > 100; }
   void print(const char *text) { fputs(text, stdout); }
   void println(int32_t number) { printf("%ld\\n", (long)number); }
 };
 static Port Serial;
 """
+"""Of the core what a program asks for, as Arduino.h: a port that is USB, and open once the monitor is."""
+
 LOOPED = "\nint main(void) { setup(); for (long n = 0; n < 20000; n++) { loop(); } return 0; }\n"
 
 
@@ -132,7 +137,8 @@ def test_the_sketch_hops(tmp_path, libraries):
     (sketch,) = folder.glob("*.ino")
     assert sketch.stem == folder.name and folder.parent == root / "examples"
     assert not (folder / "main.c").exists()
-    (folder / "sketch.cpp").write_text(CORE + sketch.read_text("utf-8") + LOOPED, "utf-8")
+    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
+    (folder / "sketch.cpp").write_text("#include <Arduino.h>\n" + sketch.read_text("utf-8") + LOOPED, "utf-8")
     include = ["-DARDUINO=10819", "-I", root / "src", "-I", folder]
     run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "sketch.cpp", "-o", "sketch.o", cwd=root)
     run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / "plant.c", "-o", "plant.o", cwd=root)
