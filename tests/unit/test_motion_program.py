@@ -148,6 +148,25 @@ def test_what_an_input_drives_follows_its_reference_better_with_its_compensation
 
 @needs.library
 @pytest.mark.sliced
+def test_a_reference_that_rests_asks_for_no_friction(tmp_path, solver):
+    """Of a joint without a load it asks for no input. Else a joint that waits would be pushed to where it slips."""
+    root = exported(tmp_path / "package", solver("joint"))
+    folder = program_in(root)
+    header = (folder / "robot.h").read_text("utf-8")
+    (folder / "robot.h").write_text(re.sub(r"(#define STROKE) \S+", r"\1 0.0f", header), "utf-8")
+    (folder / "waits.c").write_text(
+        '#include "control.c"\n#include <stdio.h>\n'
+        "void hardware_print(const char *text, int32_t number) { (void)text; (void)number; }\n"
+        'void hardware_input(float input) { printf("asked: %d\\n", (int)millionths(input)); }\n'
+        "int main(void) { control(RUN, &start); return 0; }\n",
+        "utf-8",
+    )
+    run(*CC, *STRICT, "-std=c99", "-I", root / "include", folder / "waits.c", "-lm", "-o", "waits", cwd=tmp_path)
+    assert numbers(run(tmp_path / "waits", cwd=tmp_path)) == {"asked": [0]}
+
+
+@needs.library
+@pytest.mark.sliced
 def test_a_servo_ends_each_step_short_of_its_target_by_what_friction_holds(tmp_path, solver):
     """Within the band F/K_p, at the place that Python's motion under the same steps ends at."""
     servo = solver("servo")
