@@ -291,7 +291,9 @@ def reference_of(robot: Robot) -> Reference:
             return Reference(begin, stroke, needed[0])
         stroke *= 0.5
     raise HopformError(
-        f"--robot: {shown(robot.name)}: half the limit of {facts.inputs[0]['name']} does not move it: no program does"
+        f"--robot: {shown(robot.name)}: the limit of {facts.inputs[0]['name']} must be more than "
+        f"{2.0 * max(map(abs, needed)):.4g} {facts.inputs[0]['unit']}, twice what friction at rest and other forces "
+        f"take, got {limit_of(robot):g}: the program keeps to half of it"
     )
 
 

@@ -205,6 +205,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return refuse(str(error))
     except UsageError as error:
         message = getattr(error, "format_message", error.__str__)()
+        if getattr(error, "option_name", None) == "--solver":
+            message = "--solver stands before the command: hopform --solver DIR|NAME COMMAND ..."
         return refuse(re.sub(r"^(Invalid value for [^:]+: )Value error, ", r"\1", message))
     except MemoryError:
         return refuse("there is not enough memory for that many numbers")
