@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -163,7 +164,7 @@ def test_the_readme_has_a_section_for_each_build_system_and_names_folders_that_a
     [
         ("platformio", {"platformio.ini", "src/main.c", "src/plant.c", "src/hardware.h", "src/robot.h", "src/print.c"}),
         ("zephyr", {"CMakeLists.txt", "prj.conf", "sample.yaml", "src/main.c", "src/robot.h"}),
-        ("esp-idf", {"CMakeLists.txt", "main/CMakeLists.txt", "main/main.c", "main/robot.h"}),
+        ("esp-idf", {"CMakeLists.txt", "sdkconfig.defaults", "main/CMakeLists.txt", "main/main.c", "main/robot.h"}),
     ],
 )
 def test_the_program_lies_where_its_build_system_looks(system, files):
@@ -175,6 +176,31 @@ def test_the_program_lies_where_its_build_system_looks(system, files):
         folder = Path(place, name).parent
         for source in re.findall(r"\S+\.c\b", texts.get(f"{place}/{name}", "")):
             assert (folder / source).as_posix() in texts
+
+
+@needs.library
+@needs.cortex_m
+@pytest.mark.parametrize(
+    ("system", "file"),
+    [("zephyr", "samples/hopper/prj.conf"), ("esp-idf", "examples/hopper/sdkconfig.defaults")],
+)
+def test_the_main_task_has_the_stack_of_the_selftest(tmp_path, system, file):
+    """That of each function that it calls by gcc's call graph for a Cortex-M4F, in the precision that takes more."""
+    root = exported(tmp_path / "package", system, precisions=("f64",))
+    (given,) = re.findall(r"^CONFIG_\w*MAIN\w*STACK_SIZE=(\d+)$", (root / file).read_text("utf-8"), re.MULTILINE)
+    board = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-fcallgraph-info=su"]
+    source = root / "src" / "hopform_f64.c"
+    run("arm-none-eabi-gcc", *board, *LIBRARY, "-I", root / "include", "-c", source, "-o", "library.o", cwd=tmp_path)
+    graph = (tmp_path / "library.ci").read_text("utf-8")
+    frames = {name: int(size) for name, size in re.findall(r'node: \{ title: "([^"]+)" label: ".*?(\d+) bytes', graph)}
+    calls = re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph)
+
+    @cache
+    def stack(function: str) -> int:
+        deepest = max((stack(called) for caller, called in calls if caller == function), default=0)
+        return frames.get(function, 0) + deepest
+
+    assert 3584 < stack("hopform_selftest_f64") < 0.9 * int(given)
 
 
 @needs.library
