@@ -97,6 +97,9 @@ def package(wanted: Wanted) -> dict[Path, str]:
         kept = text
         for precision in dropped(wanted):  # its sources, and what an example is written in
             kept = re.sub(rf".*_{precision}\.c\b.*\n", "", kept).replace(f"_{precision}", f"_{wanted.precisions[0]}")
+        if path.name == "library.properties" and wanted.precisions == ("f32",):
+            kept = re.sub(r"(?<=; )single and double.*", "single precision.", kept)
+            kept = re.sub(r"(?<=architectures=).*", "*", kept)
         texts[Path(renamed(path.as_posix(), wanted.prefix))] = renamed(kept, wanted.prefix)
     return texts
 
