@@ -13,8 +13,10 @@ import pytest
 import sympy as sp
 
 import hopform
+from derive.emit.examples import example_input
 from derive.maths.inverse import ACCELERATION, Inverse, inverse_of, is_driven
 from derive.model.quantities import side_1, u
+from derive.model_file import read_model
 from derive.shipped import FILES, shipped
 from hopform._errors import HopformError
 from hopform._export import SYSTEMS, Wanted, export, package, reference_of
@@ -331,6 +333,28 @@ def test_the_first_example_runs(tmp_path, solver, name):
     strict = [*STRICT, "-std=c99", "-Wpedantic", "-I", root / "include"]
     run(*CC, *strict, example, root / "src" / "hopform_f32.c", "-lm", "-o", "example", cwd=tmp_path)
     run(tmp_path / "example", cwd=tmp_path)
+
+
+FLAP = '''"""A flap between two stops."""
+
+from hopform.model import *
+
+J = parameter("J", "kg m^2", "inertia", "positive", 0.02)
+tau_max = parameter("tau_max", "N m", "limit of the torque", "bound", 0.2)
+
+theta = coordinate("theta", "rad", J, "flap")
+tau = current("tau", "N m", limit=tau_max)
+
+friction(theta, 0.4)
+torque(theta, -50 * tau)
+stop(theta, {})
+'''
+
+
+@pytest.mark.parametrize(("stops", "expected"), [("0.5, 1.5", -0.1), ("-1.5, -0.5", 0.1), ("-1, 1", -0.1)])
+def test_the_input_of_the_first_example_is_half_its_limit_and_away_from_a_stop(tmp_path, stops, expected):
+    (tmp_path / "flap.py").write_text(FLAP.format(stops), "utf-8")
+    assert example_input(read_model(tmp_path / "flap.py")) == expected
 
 
 @needs.cpp
