@@ -10,6 +10,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -47,7 +48,7 @@ def _run(path: Path) -> object:
             return runpy.run_path(str(path)).get("__doc__")
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
-        text = error.msg if isinstance(error, SyntaxError) else str(error)
+        text = error.msg if isinstance(error, SyntaxError) else f"{error}{_hint(path, error)}"
         kind = "" if isinstance(error, ModelError) else type(error).__name__
         message = ": ".join(part for part in (kind, shown(text, 400)) if part)
         raise ModelError(message, line) from None
@@ -69,6 +70,22 @@ def _door() -> Iterator[None]:
                 del sys.modules[name]
             else:
                 sys.modules[name] = module
+
+
+FUNCTIONS = ("acos", "asin", "atan", "cos", "exp", "log", "sign", "sin", "sqrt", "tan", "tanh")
+
+
+def _hint(path: Path, error: BaseException) -> str:
+    """What is said of a name that a file does not have."""
+    if not isinstance(error, NameError):
+        return ""
+    if error.name in FUNCTIONS:
+        return f": a force is linear in coordinates; {error.name} of a parameter is declared as a parameter of its own"
+    frames = [
+        frame.f_globals for frame, _ in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == str(path)
+    ]
+    near = get_close_matches(error.name, [each for each in frames[-1] if not each.startswith("_")], 1) if frames else []
+    return f", did you mean {near[0]!r}?" if near else ""
 
 
 def _line_in(path: Path, error: BaseException) -> int | None:

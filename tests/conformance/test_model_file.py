@@ -499,7 +499,10 @@ def with_law(
 
 BAD_FILES = {
     "no element": ("", "the file declares no element"),
-    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined"),
+    "a name that is not there": (
+        "springs(q, r)", "line 7: NameError: name 'springs' is not defined, did you mean 'spring'?",
+    ),
+    "a function": ("torque(q, r*cos(q))", "line 7: NameError: name 'cos' is not defined: a force is linear in coordinates"),
     "an old form": ("terms = ()", "the file declares no element"),
     "a parameter declared twice": ('parameter("r", "N", "again")', "the name of a parameter is 'r': it is a parameter"),
     "a coordinate called as a parameter": (
@@ -617,6 +620,7 @@ BAD_FILES = {
         "the inertia of p is I, which may be 0 or negative for some robot: declare I as 'positive'",
     ),
     "a stop of no end": ("stop(q)", "stop 'stop' has neither a low end nor a high one"),
+    "a stop whose ends are exchanged": ("stop(q, 1, -0.5)", "the low end must be <= the high one, got 1 and -0.5"),
     "two stops": ("stop(q, 0)\nstop(q, None, 1, 'other')", "stop 'other' of q: a coordinate has one `stop`"),
     "a force along an angle": ("force(q, 1)", "force 'force' acts along q, which is in rad: declare it as torque(...)"),
     "gravity along an angle": ("gravity(q, 9.81)", "which is in rad: declare its torque, or spring(...)"),
