@@ -84,7 +84,11 @@ def _hint(path: Path, error: BaseException) -> str:
     frames = [
         frame.f_globals for frame, _ in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == str(path)
     ]
-    near = get_close_matches(error.name, [each for each in frames[-1] if not each.startswith("_")], 1) if frames else []
+    near = (
+        get_close_matches(str(error.name), [each for each in frames[-1] if not each.startswith("_")], 1)
+        if frames
+        else []
+    )
     return f", did you mean {near[0]!r}?" if near else ""
 
 
