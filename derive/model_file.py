@@ -48,19 +48,24 @@ def _run(path: Path) -> object:
             return runpy.run_path(str(path)).get("__doc__")
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
-        text = error.msg if isinstance(error, SyntaxError) else f"{error}{_known(error)}"
+        text = error.msg if isinstance(error, SyntaxError) else f"{error}{_known(path, error)}"
         kind = "" if isinstance(error, ModelError) else type(error).__name__
         message = ": ".join(part for part in (kind, shown(text, 400)) if part)
         raise ModelError(message, line) from None
 
 
-def _known(error: BaseException) -> str:
-    """What there is in place of a name that is not there: the elements, or what an included file declares."""
+def _known(path: Path, error: BaseException) -> str:
+    """What there is in place of a name that a file does not have: a name of the file, the elements, or what an included
+    file declares."""
     if isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace):
         return f"; what is included has {', '.join(vars(error.obj))}"
     if not isinstance(error, NameError) or isinstance(error, UnboundLocalError):
         return ""
-    near = difflib.get_close_matches(error.name, model.__all__, 1)
+    if error.name in FUNCTIONS:
+        return f": a force is linear in coordinates; {error.name} of a parameter is declared as a parameter of its own"
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == str(path))
+    names = {name: None for frame in frames for name in frame.f_globals if not name.startswith("_")}
+    near = difflib.get_close_matches(str(error.name), names, 1)
     return f", did you mean {near[0]!r}?" if near else f"; hopform.model has {', '.join(model.__all__)}"
 
 
@@ -80,6 +85,9 @@ def _door() -> Iterator[None]:
                 del sys.modules[name]
             else:
                 sys.modules[name] = module
+
+
+FUNCTIONS = ("acos", "asin", "atan", "cos", "exp", "log", "sign", "sin", "sqrt", "tan", "tanh")
 
 
 def _line_in(path: Path, error: BaseException) -> int | None:

@@ -29,6 +29,22 @@ def example_robot(model: Model) -> str:
     return ", ".join(repr(_finite(quantity)) for quantity in model.robot.quantities)
 
 
+def example_input(model: Model) -> float:
+    """The input of an example: half its limit, 3 at most, and of what has stops away from that where it starts."""
+    if model.input is None:
+        return 0.0
+    if model.has_contact or model.law is not None:
+        return 3.0
+    robot = {parameter.symbol: _finite(parameter) for parameter in model.parameters}
+    low, high, limit, pull = (
+        float(model.value(each).xreplace(robot))
+        for each in (quantities.x1_min, quantities.x1_max, quantities.u_max, -quantities.gamma2)
+    )
+    size = min(3.0, 0.5 * limit) if model.declares(quantities.u_max) else 3.0
+    away = model.has_stops and low + high < 2.0 * example_start(model)["x1"]
+    return -size if away != (pull < 0.0) else size
+
+
 def example_start(model: Model) -> dict[str, float]:
     """The start of an example, by axes: an unloaded leg falls, and what has no leg rests, its coordinates as
     near to 0 as its stops allow.

@@ -13,7 +13,7 @@ from ..model.equations import Model
 from ..model.names import in_c
 from ..model.structs import member_name
 from . import c
-from .examples import example_robot, example_start
+from .examples import example_input, example_robot, example_start
 from .facts import ROUNDING, members_of_start
 from .programs import program_of
 from .sources import Part, Solver
@@ -45,7 +45,7 @@ def _units(solver: Solver) -> dict[str, Any]:
 def _example(solver: Solver) -> dict[str, Any]:
     model, start = solver.model, example_start(solver.model)
     return {
-        "example": example_robot(model), "example_input": 0.0 if model.input is None else 3.0,
+        "example": example_robot(model), "example_input": example_input(model),
         "example_members": ", ".join(f"{each['name']} [{each['unit']}]" for each in members_of_start(model)),
         "example_start": ", ".join(repr(start[str(axis)]) for axis in start),
     }  # fmt: skip

@@ -565,6 +565,8 @@ def stop(on: sp.Symbol, low: Value = None, high: Value = None, name: str = "stop
     """Inelastic stops at the ends of a coordinate's range; None for an end without one."""
     if low is None and high is None:
         raise ModelError(f"stop '{name}' has neither a low end nor a high one")
+    if isinstance(low, int | float) and isinstance(high, int | float) and low > high:
+        raise ModelError(f"stop '{name}': the low end must be <= the high one, got {low!r} and {high!r}")
     _element("stop", name, on, low=low, high=high)
 
 

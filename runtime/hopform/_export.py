@@ -97,6 +97,9 @@ def package(wanted: Wanted) -> dict[Path, str]:
         kept = text
         for precision in dropped(wanted):  # its sources, and what an example is written in
             kept = re.sub(rf".*_{precision}\.c\b.*\n", "", kept).replace(f"_{precision}", f"_{wanted.precisions[0]}")
+        if path.name == "library.properties" and wanted.precisions == ("f32",):
+            kept = re.sub(r"(?<=; )single and double.*", "single precision.", kept)
+            kept = re.sub(r"(?<=architectures=).*", "*", kept)
         texts[Path(renamed(path.as_posix(), wanted.prefix))] = renamed(kept, wanted.prefix)
     return texts
 
@@ -300,7 +303,9 @@ def reference_of(robot: Robot) -> Reference:
             return Reference(begin, stroke, needed[0])
         stroke *= 0.5
     raise HopformError(
-        f"--robot: {shown(robot.name)}: half the limit of {facts.inputs[0]['name']} does not move it: no program does"
+        f"--robot: {shown(robot.name)}: the limit of {facts.inputs[0]['name']} must be more than "
+        f"{2.0 * max(map(abs, needed)):.4g} {facts.inputs[0]['unit']}, twice what friction at rest and other forces "
+        f"take, got {limit_of(robot):g}: the program keeps to half of it"
     )
 
 

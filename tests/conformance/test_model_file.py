@@ -499,13 +499,16 @@ def with_law(
 
 BAD_FILES = {
     "no element": ("", "the file declares no element"),
-    "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined, did you mean 'spring'?"),
+    "a name that is not there": (
+        "springs(q, r)", "line 7: NameError: name 'springs' is not defined, did you mean 'spring'?",
+    ),
     "an element that is none": (
         "drag(q, r)", "NameError: name 'drag' is not defined; hopform.model has contact, coordinate, current, force",
     ),
     "a velocity of an included file": (
         "include('hopper').v2", "has no attribute 'v2'; what is included has m_eff, m_s, k, L0, c, b1, ",
     ),
+    "a function": ("torque(q, r*cos(q))", "line 7: NameError: name 'cos' is not defined: a force is linear in coordinates"),
     "an old form": ("terms = ()", "the file declares no element"),
     "a parameter declared twice": ('parameter("r", "N", "again")', "the name of a parameter is 'r': it is a parameter"),
     "a coordinate called as a parameter": (
@@ -627,6 +630,7 @@ BAD_FILES = {
         "the inertia of p is I, which may be 0 or negative for some robot: declare I as 'positive'",
     ),
     "a stop of no end": ("stop(q)", "stop 'stop' has neither a low end nor a high one"),
+    "a stop whose ends are exchanged": ("stop(q, 1, -0.5)", "the low end must be <= the high one, got 1 and -0.5"),
     "two stops": ("stop(q, 0)\nstop(q, None, 1, 'other')", "stop 'other' of q: a coordinate has one `stop`"),
     "a force along an angle": ("force(q, 1)", "force 'force' acts along q, which is in rad: declare it as torque(...)"),
     "gravity along an angle": ("gravity(q, 9.81)", "which is in rad: declare its torque, or spring(...)"),

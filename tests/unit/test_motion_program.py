@@ -13,8 +13,10 @@ import pytest
 import sympy as sp
 
 import hopform
+from derive.emit.examples import example_input
 from derive.maths.inverse import ACCELERATION, Inverse, inverse_of, is_driven
 from derive.model.quantities import side_1, u
+from derive.model_file import read_model
 from derive.shipped import FILES, shipped
 from hopform._errors import HopformError
 from hopform._export import SYSTEMS, Wanted, export, package, reference_of
@@ -148,6 +150,25 @@ def test_what_an_input_drives_follows_its_reference_better_with_its_compensation
 
 @needs.library
 @pytest.mark.sliced
+def test_a_reference_that_rests_asks_for_no_friction(tmp_path, solver):
+    """Of a joint without a load it asks for no input. Else a joint that waits would be pushed to where it slips."""
+    root = exported(tmp_path / "package", solver("joint"))
+    folder = program_in(root)
+    header = (folder / "robot.h").read_text("utf-8")
+    (folder / "robot.h").write_text(re.sub(r"(#define STROKE) \S+", r"\1 0.0f", header), "utf-8")
+    (folder / "waits.c").write_text(
+        '#include "control.c"\n#include <stdio.h>\n'
+        "void hardware_print(const char *text, int32_t number) { (void)text; (void)number; }\n"
+        'void hardware_input(float input) { printf("asked: %d\\n", (int)millionths(input)); }\n'
+        "int main(void) { control(RUN, &start); return 0; }\n",
+        "utf-8",
+    )
+    run(*CC, *STRICT, "-std=c99", "-I", root / "include", folder / "waits.c", "-lm", "-o", "waits", cwd=tmp_path)
+    assert numbers(run(tmp_path / "waits", cwd=tmp_path)) == {"asked": [0]}
+
+
+@needs.library
+@pytest.mark.sliced
 def test_a_servo_ends_each_step_short_of_its_target_by_what_friction_holds(tmp_path, solver):
     """Within the band F/K_p, at the place that Python's motion under the same steps ends at."""
     servo = solver("servo")
@@ -253,7 +274,7 @@ def test_a_robot_that_its_input_cannot_move_is_refused(tmp_path, solver):
     joint = solver("joint")
     for robot, words in (
         (replace(joint.Robot(), k_t=0.0), "its input i has no force"),
-        (replace(joint.Robot(), i_max=0.5), "half the limit of i does not move it"),
+        (replace(joint.Robot(), i_max=0.5), r"limit of i must be more than 0\.84 A, .* got 0\.5"),
     ):
         with pytest.raises(HopformError, match=words):
             export(tmp_path / "package", Wanted(robot=robot, solver=robot.solver))
@@ -314,6 +335,28 @@ def test_the_first_example_runs(tmp_path, solver, name):
     run(tmp_path / "example", cwd=tmp_path)
 
 
+FLAP = '''"""A flap between two stops."""
+
+from hopform.model import *
+
+J = parameter("J", "kg m^2", "inertia", "positive", 0.02)
+tau_max = parameter("tau_max", "N m", "limit of the torque", "bound", 0.2)
+
+theta = coordinate("theta", "rad", J, "flap")
+tau = current("tau", "N m", limit=tau_max)
+
+friction(theta, 0.4)
+torque(theta, -50 * tau)
+stop(theta, {})
+'''
+
+
+@pytest.mark.parametrize(("stops", "expected"), [("0.5, 1.5", -0.1), ("-1.5, -0.5", 0.1), ("-1, 1", -0.1)])
+def test_the_input_of_the_first_example_is_half_its_limit_and_away_from_a_stop(tmp_path, stops, expected):
+    (tmp_path / "flap.py").write_text(FLAP.format(stops), "utf-8")
+    assert example_input(read_model(tmp_path / "flap.py")) == expected
+
+
 @needs.cpp
 @needs.library
 @pytest.mark.sliced
@@ -325,13 +368,36 @@ def test_the_sketch_runs(tmp_path, solver):
     folder = program_in(root)
     (sketch,) = folder.glob("*.ino")
     assert sketch.stem == folder.name == "Machine"
-    (folder / "sketch.cpp").write_text(CORE + sketch.read_text("utf-8") + LOOPED, "utf-8")
+    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
+    (folder / "sketch.cpp").write_text("#include <Arduino.h>\n" + sketch.read_text("utf-8") + LOOPED, "utf-8")
     include = ["-DARDUINO=10819", "-I", root / "src", "-I", folder]
     run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "sketch.cpp", "-o", "sketch.o", cwd=root)
     for name in ("plant", "control"):
         run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / f"{name}.c", "-o", f"{name}.o", cwd=root)
     run(*CC, *LIBRARY, "-I", root / "src", "-c", root / "src" / "hopform_f32.c", "-o", "library.o", cwd=root)
     run("c++", "sketch.o", "plant.o", "control.o", "library.o", "-lm", "-o", "machine", cwd=root)
+    assert ran_to_its_end(numbers(run(root / "machine", cwd=root)))
+
+
+@needs.cpp
+@needs.library
+@pytest.mark.sliced
+def test_the_program_runs_with_the_framework_arduino_of_platformio(tmp_path, solver):
+    """As the README says, main.c as main.cpp and without print.c; PlatformIO puts Arduino.h into no file."""
+    from tests.unit.test_program import CORE, LOOPED
+
+    root = exported(tmp_path / "package", solver("joint"), "platformio")
+    folder = program_in(root)
+    (folder / "print.c").unlink()
+    (folder / "main.c").rename(folder / "main.cpp")
+    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
+    (folder / "core.cpp").write_text('#include "main.cpp"\n' + LOOPED, "utf-8")
+    include = ["-DARDUINO=10808", "-DPLATFORMIO=60118", "-I", root / "include", "-I", folder]
+    run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "core.cpp", "-o", "main.o", cwd=root)
+    for name in ("plant", "control"):
+        run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / f"{name}.c", "-o", f"{name}.o", cwd=root)
+    run(*CC, *LIBRARY, "-I", root / "include", "-c", root / "src" / "hopform_f32.c", "-o", "library.o", cwd=root)
+    run("c++", "main.o", "plant.o", "control.o", "library.o", "-lm", "-o", "machine", cwd=root)
     assert ran_to_its_end(numbers(run(root / "machine", cwd=root)))
 
 

@@ -251,3 +251,8 @@ def test_arduino_is_offered_the_package_for_processors_with_a_double_of_8_bytes(
     offered = set(dict(line.split("=", 1) for line in lines)["architectures"].split(","))
     assert {"samd", "stm32", "esp32", "rp2040"} <= offered
     assert not {"*", "avr", "megaavr"} & offered
+
+
+def test_arduino_is_offered_single_precision_for_every_processor(tmp_path):
+    text = (Package(tmp_path, "arduino", ("f32",)).root / "library.properties").read_text("utf-8")
+    assert "architectures=*\n" in text and "double" not in text and "AVR" not in text

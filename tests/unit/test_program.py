@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -58,13 +59,18 @@ def hops_near_what_is_wanted(said: str, root: Path) -> bool:
 
 CORE = """#include <stdint.h>
 #include <stdio.h>
+static unsigned long milliseconds;
+static inline unsigned long millis(void) { return milliseconds++; }
 struct Port {
   void begin(long) {}
+  explicit operator bool() const { return milliseconds > 100; }
   void print(const char *text) { fputs(text, stdout); }
   void println(int32_t number) { printf("%ld\\n", (long)number); }
 };
 static Port Serial;
 """
+"""Of the core what a program asks for, as Arduino.h: a port that is USB, and open once the monitor is."""
+
 LOOPED = "\nint main(void) { setup(); for (long n = 0; n < 20000; n++) { loop(); } return 0; }\n"
 
 
@@ -132,7 +138,8 @@ def test_the_sketch_hops(tmp_path, libraries):
     (sketch,) = folder.glob("*.ino")
     assert sketch.stem == folder.name and folder.parent == root / "examples"
     assert not (folder / "main.c").exists()
-    (folder / "sketch.cpp").write_text(CORE + sketch.read_text("utf-8") + LOOPED, "utf-8")
+    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
+    (folder / "sketch.cpp").write_text("#include <Arduino.h>\n" + sketch.read_text("utf-8") + LOOPED, "utf-8")
     include = ["-DARDUINO=10819", "-I", root / "src", "-I", folder]
     run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "sketch.cpp", "-o", "sketch.o", cwd=root)
     run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / "plant.c", "-o", "plant.o", cwd=root)
@@ -169,6 +176,31 @@ def test_the_program_lies_where_its_build_system_looks(system, files):
         folder = Path(place, name).parent
         for source in re.findall(r"\S+\.c\b", texts.get(f"{place}/{name}", "")):
             assert (folder / source).as_posix() in texts
+
+
+@needs.library
+@needs.cortex_m
+@pytest.mark.parametrize(
+    ("system", "file"),
+    [("zephyr", "samples/hopper/prj.conf"), ("esp-idf", "examples/hopper/sdkconfig.defaults")],
+)
+def test_the_main_task_has_the_stack_of_the_selftest(tmp_path, system, file):
+    """That of each function that it calls by gcc's call graph for a Cortex-M4F, in the precision that takes more."""
+    root = exported(tmp_path / "package", system, precisions=("f64",))
+    (given,) = re.findall(r"^CONFIG_\w*MAIN\w*STACK_SIZE=(\d+)$", (root / file).read_text("utf-8"), re.MULTILINE)
+    board = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-fcallgraph-info=su"]
+    source = root / "src" / "hopform_f64.c"
+    run("arm-none-eabi-gcc", *board, *LIBRARY, "-I", root / "include", "-c", source, "-o", "library.o", cwd=tmp_path)
+    graph = (tmp_path / "library.ci").read_text("utf-8")
+    frames = {name: int(size) for name, size in re.findall(r'node: \{ title: "([^"]+)" label: ".*?(\d+) bytes', graph)}
+    calls = re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph)
+
+    @cache
+    def stack(function: str) -> int:
+        deepest = max((stack(called) for caller, called in calls if caller == function), default=0)
+        return frames.get(function, 0) + deepest
+
+    assert 3584 < stack("hopform_selftest_f64") < 0.9 * int(given)
 
 
 @needs.library

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -163,6 +164,17 @@ def test_a_model_file_and_what_is_no_solver_are_refused(refused):
         "--solver", SHIPPED / "leg_damper.py", "robots"
     )
     assert "there is no solver 'absent'" in refused("--solver", "absent", "stance", "--height", "0.2")
+
+
+@pytest.mark.parametrize("words", [["robots"], ["export", "firmware"], ["model", "list"]])
+def test_a_solver_behind_the_command_is_told_its_place(refused, words):
+    assert "--solver stands before the command" in refused(*words, "--solver", "absent")
+
+
+def test_a_name_that_is_a_folder_is_told_how_a_folder_is_written(refused, tmp_path, monkeypatch):
+    (tmp_path / "mine").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert f"the folder is .{os.sep}mine; models that ship" in refused("--solver", "mine", "robots")
 
 
 @pytest.mark.parametrize(

@@ -340,6 +340,7 @@ def test_a_word_without_a_separator_is_a_name_whatever_the_current_folder_has(
         except hopform.HopformError as error:
             return code, str(error).partition(";")[0], printed.err.partition(";")[0]
 
+    capsys.readouterr()  # what the build has said, if this is the first test that needs it
     monkeypatch.chdir(elsewhere)
     wanted = meaning()
     monkeypatch.chdir(here)

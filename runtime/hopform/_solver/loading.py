@@ -58,10 +58,10 @@ def _of_name(name: str, shipped: Callable[[str], Path | None]) -> Solver:
     folder = (
         f"the folder is {name_of(os.path.join(os.curdir, name))}"
         if os.path.isdir(name)
-        else "a folder is written with a separator"
+        else "a folder is written with a separator, as in ./joint"
     )
     raise HopformError(
-        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; models that ship "
+        f"there is no solver {shown(name)}; known: {names}; {folder}; models that ship "
         "(`hopform model list`) are built when they are named"
     )
 

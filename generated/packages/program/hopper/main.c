@@ -2,7 +2,10 @@
  * The board is behind the three functions of hardware.h. SPDX-License-Identifier: MIT-0 */
 #include <math.h>
 #if defined(ARDUINO)
+#include <Arduino.h> /* the IDE includes it by itself, PlatformIO does not */
+#if !defined(PLATFORMIO)
 #include <hopform.h> /* the name by which the IDE finds the library */
+#endif
 #endif
 #include "hardware.h"
 #include "robot.h"
@@ -109,6 +112,7 @@ static bool hopping;
 
 void setup(void) {
     Serial.begin(115200);
+    while (!Serial && millis() < 5000) {} /* a port that is USB opens with the monitor: what came before is lost */
     hopping = begin();
 }
 
