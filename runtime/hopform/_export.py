@@ -297,14 +297,16 @@ def reference_of(robot: Robot) -> Reference:
         raise HopformError(
             f"--robot: {shown(robot.name)}: its input {facts.inputs[0]['name']} has no force: no program moves it"
         )
+    largest = 0.0
     for _ in range(24):
         needed = _input_for(robot, begin, stroke)
-        if max(map(abs, needed)) <= 0.5 * limit_of(robot):
+        largest = max(map(abs, needed))
+        if largest <= 0.5 * limit_of(robot):
             return Reference(begin, stroke, needed[0])
         stroke *= 0.5
     raise HopformError(
         f"--robot: {shown(robot.name)}: the limit of {facts.inputs[0]['name']} must be more than "
-        f"{2.0 * max(map(abs, needed)):.4g} {facts.inputs[0]['unit']}, twice what friction at rest and other forces "
+        f"{2.0 * largest:.4g} {facts.inputs[0]['unit']}, twice what friction at rest and other forces "
         f"take, got {limit_of(robot):g}: the program keeps to half of it"
     )
 
