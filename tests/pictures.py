@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.collections import FillBetweenPolyCollection, PathCollection
+from matplotlib.collections import PathCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.patches import Rectangle, StepPatch
@@ -115,7 +115,7 @@ def check(axes: Axes, panel: Panel) -> None:
         expected = panel.lines[name] if isinstance(panel.lines[name], list) else [panel.lines[name]]
         for (x, y), each in zip(drawn, expected, strict=True):
             check_line(x, y, each, factor(axes, "x") != 1.0)
-    bands = [each for each in axes.collections if isinstance(each, FillBetweenPolyCollection)]
+    bands = [each for each in axes.collections if isinstance(each, PolyCollection)]
     assert {each.get_label() for each in bands} == panel.bands.keys()
     for band in bands:
         around = np.concatenate([path.vertices for path in band.get_paths()]) / (factor(axes, "x"), factor(axes, "y"))
