@@ -54,7 +54,7 @@ ANSWERS = Program("answers", (HERE / "answers.c",), arguments=("work",), once=Tr
 PROGRAMS = (
     Program("selftest", (HERE / "selftest.c", BOARD, COUNTER), is_digest=True),
     *(Program(f"fuzz_{entry}", (FUZZ / f"fuzz_{entry}.c", REPLAY, COUNTER), ("-DENTRY=4",), (INPUTS, *FOUND))
-      for entry in ("flight", "control", "entry", "reading")),
+      for entry in ("flight", "control", "entry", "reading", "plant")),
     *(Program(name, (HERE / f"{name}.c", BOARD, COUNTER)) for name in ("refusals", "garbage")),
     Program("contract_batches", (ROOT / "tests" / "conformance" / "contract_batches.c", COUNTER)),
     Program("hops", (ROOT / "tests" / "conformance" / "hops.c", COUNTER)),

@@ -364,7 +364,7 @@ static void rows_of(const T(stance) * s, const T(robot) * r, double out[ROWS])
     out[6] = s->aed;
 }
 
-/* An input of a problem moved by a step; false if it can not be moved both
+/* An input of a problem, by the code of its column, moved by a step; false if it can not be moved both
  * ways. */
 static int moved(const problem *p, int column, double step, problem *to)
 {
@@ -389,6 +389,15 @@ static int moved(const problem *p, int column, double step, problem *to)
         to->steps[0].u += step;
         to->steps[1].u += step;
         break;
+    case HOPFORM_COLUMN_OF_STEP(0):
+        to->steps[0].u += step;
+        break;
+    case HOPFORM_COLUMN_OF_STEP(1):
+        to->steps[1].u += step;
+        break;
+    case HOPFORM_COLUMN_OF_STEP_TIME(1):
+        to->steps[1].t += step;
+        break;
     default:
         fields[column - 5] += step;
         break;
@@ -400,26 +409,35 @@ static int moved(const problem *p, int column, double step, problem *to)
 /* Derivatives against differences, where the events stay the same ones. */
 static void derivatives(const problem *p, const T(stance) * stance)
 {
-    static double matrix[ROWS * COLUMNS], tangents[HOPFORM_TANGENT_ROWS * COLUMNS];
-    for (int n = 0; n < ROWS * COLUMNS; n++) {
+    enum { MOST = COLUMNS + 3 };
+    static double matrix[ROWS * MOST], tangents[HOPFORM_TANGENT_ROWS * MOST];
+    int32_t codes[MOST];
+    const int count = COLUMNS + (p->step_count == 2 ? 3 : 1); /* a step at a time beyond the ending has zeros */
+    for (int n = 0; n < COLUMNS; n++) {
+        codes[n] = n;
+    }
+    codes[COLUMNS] = HOPFORM_COLUMN_OF_STEP(0);
+    codes[COLUMNS + 1] = HOPFORM_COLUMN_OF_STEP(1);
+    codes[COLUMNS + 2] = HOPFORM_COLUMN_OF_STEP_TIME(1);
+    for (int n = 0; n < ROWS * count; n++) {
         matrix[n] = NAN;
     }
     (void)spent("other", 0);
-    const int32_t status = spent("sensitivities", T(stance_sensitivities)(&p->plan, p->steps, phases, stance, NULL, 0, matrix));
+    const int32_t status = spent("sensitivities", T(stance_sensitivities)(&p->plan, p->steps, phases, stance, codes, count, matrix));
     must(status >= 0
              && (status == HOPFORM_OK || stance->ending != HOPFORM_ENDING_TAKEOFF || stance->event_count > 0
                  || fabs(p->start.v1 - p->start.v2) < 1e-6),
          "no derivatives");
-    for (int n = 0; n < ROWS * COLUMNS; n++) {
+    for (int n = 0; n < ROWS * count; n++) {
         must(status == HOPFORM_OK ? isfinite(matrix[n]) : !(fabs(matrix[n]) > 0.0) && !isnan(matrix[n]),
              "a derivative that is no number");
     }
     const double middle = 0.6 * stance->duration;
     T(state) at;
-    const int32_t has = T(stance_tangents)(&p->plan, p->steps, phases, stance, NULL, 0, &middle, 1, &at, tangents);
-    for (int column = 0; column < COLUMNS; column++) {
+    const int32_t has = T(stance_tangents)(&p->plan, p->steps, phases, stance, codes, count, &middle, 1, &at, tangents);
+    for (int column = 0; column < count; column++) {
         double value = 0.1;
-        if (column > 4) {
+        if (column > 4 && column < COLUMNS) {
             double fields[FIELDS];
             memcpy(fields, &p->plan.robot, sizeof fields);
             value = fields[column - 5];
@@ -430,7 +448,7 @@ static void derivatives(const problem *p, const T(stance) * stance)
         T(state) at_up, at_down;
         T(phase) kept[CAPACITY];
         memcpy(kept, phases, sizeof kept);
-        if (!moved(p, column, step, &up) || !moved(p, column, -step, &down) || solve(&up, &s_up) != HOPFORM_OK
+        if (!moved(p, codes[column], step, &up) || !moved(p, codes[column], -step, &down) || solve(&up, &s_up) != HOPFORM_OK
             || s_up.event_count != stance->event_count || s_up.ending != stance->ending
             || s_up.phase_count != stance->phase_count
             || T(stance_at)(&up.plan, up.steps, phases, &s_up, middle, &at_up) != HOPFORM_OK
@@ -451,7 +469,7 @@ static void derivatives(const problem *p, const T(stance) * stance)
                 const double slope = (high[r] - low[r]) / (2.0 * step);
                 const double curve =
                     fabs(high[r] + low[r] - 2.0 * whole[r]) / step; /* not straight: differences say less */
-                near(matrix[r * COLUMNS + column], slope,
+                near(matrix[r * count + column], slope,
                      1e-4 * (fabs(slope) + 0.02) + 2.0 * curve + (1e-11 + 8.9e-16 * fabs(whole[r])) / step,
                      "a sensitivity"); /* rounding of the answers, over the step */
             }
@@ -463,7 +481,7 @@ static void derivatives(const problem *p, const T(stance) * stance)
                                       at_up.v2 + at_down.v2 - 2.0 * at.v2, at_up.y + at_down.y - 2.0 * at.y};
             for (int r = 0; r < 4; r++) {
                 const double slope = slopes[r] / (2.0 * step);
-                near(tangents[r * COLUMNS + column], slope,
+                near(tangents[r * count + column], slope,
                      1e-4 * (fabs(slope) + 0.02) + 2.0 * fabs(curves[r]) / step + 1e-11 / step, "a tangent");
             }
         }
@@ -1517,6 +1535,12 @@ static void flight_derivatives(const T(plan) * plan, const T(flight) * flight)
     const int32_t status =
         spent("flight_sensitivities", T(flight_sensitivities)(plan, flight_phases, flight, NULL, 0, matrix));
     must(status == HOPFORM_OK || status == HOPFORM_NO_DERIVATIVE, "derivatives of a flight that are refused");
+    static double none[2 * R];
+    const int32_t columns[2] = {0, ALL};
+    none[0] = NAN;
+    must(T(flight_sensitivities)(plan, flight_phases, flight, columns, 2, none) == HOPFORM_ERROR_COLUMNS
+             && !(fabs(none[0]) > 0.0) && !isnan(none[0]),
+         "a column that is none");
     for (int n = 0; n < R * ALL; n++) {
         must(status == HOPFORM_OK ? isfinite(matrix[n]) : !(fabs(matrix[n]) > 0.0) && !isnan(matrix[n]),
              "a derivative of a flight that is no number");
