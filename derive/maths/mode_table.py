@@ -167,6 +167,8 @@ COLUMNS = {
     "rises": "whether it may rise",
 }
 """The columns that are one number, and what they say."""
+BOOLEAN = ("several", "rests", "falls", "rises")
+"""Those of them that are 0 or 1."""
 
 
 def _agreed(model: Model, column: str) -> int | None:
@@ -211,11 +213,10 @@ def readings(model: Model) -> Iterator[dict[str, object]]:
     for name, meaning in COLUMNS.items():
         agreed = _agreed(model, name)
         value: object = f"mode->{name}" if agreed is None else agreed
-        says = meaning.startswith("whether")
-        if says:
+        if name in BOOLEAN:
             value = f"{value} != 0" if agreed is None else str(bool(agreed)).lower()
         yield {
-            "name": name, "type": "bool" if says else "int", "meaning": meaning[0].upper() + meaning[1:],
+            "name": name, "type": "bool" if name in BOOLEAN else "int", "meaning": meaning[0].upper() + meaning[1:],
             "unread": [] if agreed is None else ["mode"],
             "value": value,
         }  # fmt: skip
