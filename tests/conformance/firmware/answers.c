@@ -1394,6 +1394,32 @@ static void all_along(const problem *p, const T(stance) * stance, double from, d
     }
 }
 
+/* Forces on each mass add up to its acceleration: those of friction and of the stop to none on one that is held. */
+static void forces_of_phase(const problem *p, const T(stance) * stance, const double times[11], const T(state) at[11],
+                            double u, int side_1, int side_2)
+{
+    const T(robot) *r = &p->plan.robot;
+    T(forces) forces[11];
+    must(T(stance_forces)(&p->plan, p->steps, phases, stance, times, 11, forces) == HOPFORM_OK, "no forces");
+    for (int i = 0; i < 11; i++) {
+        double a[2];
+        free_accelerations(r, &at[i], u, a);
+        const double size = 1e-12
+                            * (r->m_eff * (r->f1 + r->f1_excess + r->b1 * fabs(at[i].v1) / r->m_eff)
+                               + r->k * (fabs(at[i].y) + fabs(r->c)) + fabs(r->gamma2 * u)
+                               + r->m_s * (r->g + r->f2 + r->f2_excess) + r->b2 * fabs(at[i].v2));
+        near(forces[i].input, -r->gamma2 * u, size, "the force of the input");
+        near(forces[i].contact, r->k * at[i].y, size, "the force of the ground");
+        near(forces[i].friction_x1 + forces[i].stop_x1, side_1 != 0 ? -side_1 * r->f1 * r->m_eff : -r->m_eff * a[0], size,
+             "the force on mass 1");
+        near(forces[i].friction_x2, side_2 != 0 ? -side_2 * r->f2 * r->m_s : -r->m_s * a[1], size,
+             "the force on mass 2");
+        must(!(fabs(forces[i].stop_x1) > 0.0)
+                 || (side_1 == 0 && (at[i].x1 <= r->x1_min || at[i].x1 >= r->x1_max)),
+             "a stop that pushes from afar");
+    }
+}
+
 /* Velocities, forces and stops agree with the modes all along; the motion obeys
  * (3), (4) in every phase. */
 static void any_stance(problem p)
@@ -1412,11 +1438,14 @@ static void any_stance(problem p)
         must(to >= from && phases[n].step == (p.step_count > 1 && from >= p.steps[1].t ? 1 : 0),
              "a phase out of its order");
         T(state) at[11];
+        double times[11];
         for (int i = 0; i < 11; i++) {
-            const double share = 0.002 + 0.0996 * (double)i;
-            must(T(stance_at)(&p.plan, p.steps, phases, &stance, from + share * (to - from), &at[i]) == HOPFORM_OK,
-                 "no state");
+            times[i] = from + (0.002 + 0.0996 * (double)i) * (to - from);
+            must(T(stance_at)(&p.plan, p.steps, phases, &stance, times[i], &at[i]) == HOPFORM_OK, "no state");
             is_a_mode(&robot, &at[i], u, side_1, side_2);
+        }
+        if (to - from > 1e-9) {
+            forces_of_phase(&p, &stance, times, at, u, side_1, side_2);
         }
         all_along(&p, &stance, from, to, u, side_1, side_2);
         if (n + 1 < stance.phases_kept
