@@ -675,8 +675,70 @@ static void flights_refuse(void)
     }
 }
 
+/* Each flight of a batch against the same flight alone, to the bits: its ending, gains, derivatives, and states at times,
+ * NaN behind the ending. */
+static void flights_one_by_one(int designs)
+{
+    static flights b;
+    fly_apart(&b);
+    b.times[1] = (real)0.3; /* behind the ending of the first ones */
+    for (int i = 0; i < COUNT; i++) {
+        b.read[HOPFORM_ROBOT_FIELDS + 2][i] = (real)(0.4 + 0.9 * i);
+    }
+    if (designs) {
+        b.in.gains[0].first = NULL, b.in.gains[1].first = NULL;
+    }
+    holds(fly(&b) == HOPFORM_OK, "flights", designs, 0);
+    int behind = 0;
+    for (int i = 0; i < COUNT; i++) {
+        static OF(plan) plan;
+        static OF(flight_phase) phases[PHASES];
+        OF(robot) robot;
+        OF(flight) flight;
+        OF(state) at;
+        real one[FLIGHT_READ], matrix[HOPFORM_FLIGHT_ROWS * 2];
+        for (int n = 0; n < FLIGHT_READ; n++) {
+            one[n] = b.read[n][i];
+        }
+        memcpy(&robot, one, sizeof robot);
+        const real *from = one + HOPFORM_ROBOT_FIELDS;
+        const OF(state) start = {from[0], from[1], from[2], from[3]};
+        const OF(gains) gains = {from[5], from[6]};
+        holds(OF(plan_init)(&plan, &robot) == HOPFORM_OK, "a plan", i, 0);
+        const int32_t status = OF(solve_flight)(&plan, &start, from[4], designs ? NULL : &gains, from[7], PHASES - 1,
+                                                phases, PHASES, &flight);
+        holds(status >= 0 && flight.ending == code(b.results[0] + i), "the ending of a flight", i, designs);
+        const real expected[FLIGHT_RESULTS - 2] = {
+            flight.duration, flight.end.x1, flight.end.v1, flight.end.x1 - flight.end.y + (robot.L0 + robot.c),
+            flight.end.v2, flight.v2_after, flight.end.y, flight.apex, flight.apex_time, flight.impact_loss,
+            flight.leg_loss, flight.gains.Kp, flight.gains.Kd};
+        for (int n = 0; n < FLIGHT_RESULTS - 2; n++) {
+            const real got = b.results[1 + n][i];
+            const real off = n == 3 ? 4 * (real)1.2e-7 : 0; /* a sum in another order */
+            holds(!(got - expected[n] > off) && !(expected[n] - got > off) && !isnan(got), "a number of a flight", i, n);
+        }
+        holds(OF(flight_sensitivities)(&plan, phases, &flight, b.columns, 2, matrix) == HOPFORM_OK
+                  && memcmp(matrix, b.matrices + i * HOPFORM_FLIGHT_ROWS * 2, sizeof matrix) == 0,
+              "derivatives of a flight", i, designs);
+        for (int n = 0; n < 2; n++) {
+            const OF(state) *got = &b.states[2 * i + n];
+            if (b.times[n] > flight.duration) {
+                behind++;
+                holds(isnan(got->x1) && isnan(got->v1) && isnan(got->v2) && isnan(got->y), "a state behind the end", i, n);
+            } else {
+                holds(OF(flight_at)(&plan, phases, &flight, &b.times[n], 1, &at) == HOPFORM_OK
+                          && memcmp(&at, got, sizeof at) == 0,
+                      "a state of a flight", i, n);
+            }
+        }
+    }
+    holds(behind > 0 && behind < 2 * COUNT, "times behind an ending", behind, 0);
+}
+
 int main(void)
 {
+    flights_one_by_one(0);
+    flights_one_by_one(1);
     flights_refuse();
     no_pointer();
     no_room();
