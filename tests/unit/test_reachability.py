@@ -85,6 +85,13 @@ def test_the_fixed_point_at_3_ampere_is_25_cm(found):
     assert point.admissible
 
 
+@pytest.mark.parametrize(
+    ("multiplier", "stable"), [(0.99, True), (-0.99, True), (1.01, False), (-1.01, False), (math.nan, False)]
+)
+def test_a_fixed_point_is_stable_where_a_change_of_height_shrinks(multiplier, stable):
+    assert hopform.FixedPoint(u=3.0, height=0.2, multiplier=multiplier, admissible=True).stable is stable
+
+
 def test_a_fixed_point_gives_its_height_back_and_its_multiplier_is_the_slope(found):
     assert len(found.fixed_points) > 10
     for point in found.fixed_points:
