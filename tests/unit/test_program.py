@@ -178,6 +178,7 @@ def test_the_program_lies_where_its_build_system_looks(system, files):
             assert (folder / source).as_posix() in texts
 
 
+@pytest.mark.sliced
 @needs.library
 @needs.cortex_m
 @pytest.mark.parametrize(
