@@ -357,26 +357,32 @@ def test_the_input_of_the_first_example_is_half_its_limit_and_away_from_a_stop(t
     assert example_input(read_model(tmp_path / "flap.py")) == expected
 
 
+def run_over_arduino(root, folder, headers, program, *macros):
+    """What a program in C++ and the C beside it print over a stand-in for Arduino's core."""
+    from tests.unit.test_program import CORE, LOOPED
+
+    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
+    (folder / "core.cpp").write_text(program + LOOPED, "utf-8")
+    include = [*macros, "-I", headers, "-I", folder]
+    run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "core.cpp", "-o", "core.o", cwd=root)
+    for name in ("plant", "control"):
+        run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / f"{name}.c", "-o", f"{name}.o", cwd=root)
+    run(*CC, *LIBRARY, "-I", headers, "-c", root / "src" / "hopform_f32.c", "-o", "library.o", cwd=root)
+    run("c++", "core.o", "plant.o", "control.o", "library.o", "-lm", "-o", "machine", cwd=root)
+    return numbers(run(root / "machine", cwd=root))
+
+
 @needs.cpp
 @needs.library
 @pytest.mark.sliced
 def test_the_sketch_runs(tmp_path, solver):
-    """As C++ with src/ as the include root, over a stand-in for the core; the IDE compiles the other files as C."""
-    from tests.unit.test_program import CORE, LOOPED
-
+    """As C++ with src/ as the include root; the IDE puts Arduino.h before it, and compiles the other files as C."""
     root = exported(tmp_path / "package", solver("joint"), "arduino")
     folder = program_in(root)
     (sketch,) = folder.glob("*.ino")
     assert sketch.stem == folder.name == "Machine"
-    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
-    (folder / "sketch.cpp").write_text("#include <Arduino.h>\n" + sketch.read_text("utf-8") + LOOPED, "utf-8")
-    include = ["-DARDUINO=10819", "-I", root / "src", "-I", folder]
-    run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "sketch.cpp", "-o", "sketch.o", cwd=root)
-    for name in ("plant", "control"):
-        run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / f"{name}.c", "-o", f"{name}.o", cwd=root)
-    run(*CC, *LIBRARY, "-I", root / "src", "-c", root / "src" / "hopform_f32.c", "-o", "library.o", cwd=root)
-    run("c++", "sketch.o", "plant.o", "control.o", "library.o", "-lm", "-o", "machine", cwd=root)
-    assert ran_to_its_end(numbers(run(root / "machine", cwd=root)))
+    program = "#include <Arduino.h>\n" + sketch.read_text("utf-8")
+    assert ran_to_its_end(run_over_arduino(root, folder, root / "src", program, "-DARDUINO=10819"))
 
 
 @needs.cpp
@@ -384,21 +390,12 @@ def test_the_sketch_runs(tmp_path, solver):
 @pytest.mark.sliced
 def test_the_program_runs_with_the_framework_arduino_of_platformio(tmp_path, solver):
     """As the README says, main.c as main.cpp and without print.c; PlatformIO puts Arduino.h into no file."""
-    from tests.unit.test_program import CORE, LOOPED
-
     root = exported(tmp_path / "package", solver("joint"), "platformio")
     folder = program_in(root)
     (folder / "print.c").unlink()
     (folder / "main.c").rename(folder / "main.cpp")
-    (folder / "Arduino.h").write_text("#pragma once\n" + CORE, "utf-8")
-    (folder / "core.cpp").write_text('#include "main.cpp"\n' + LOOPED, "utf-8")
-    include = ["-DARDUINO=10808", "-DPLATFORMIO=60118", "-I", root / "include", "-I", folder]
-    run("c++", "-std=gnu++17", *STRICT, *include, "-c", folder / "core.cpp", "-o", "main.o", cwd=root)
-    for name in ("plant", "control"):
-        run(*CC, "-std=gnu11", *STRICT, *include, "-c", folder / f"{name}.c", "-o", f"{name}.o", cwd=root)
-    run(*CC, *LIBRARY, "-I", root / "include", "-c", root / "src" / "hopform_f32.c", "-o", "library.o", cwd=root)
-    run("c++", "main.o", "plant.o", "control.o", "library.o", "-lm", "-o", "machine", cwd=root)
-    assert ran_to_its_end(numbers(run(root / "machine", cwd=root)))
+    macros = ("-DARDUINO=10808", "-DPLATFORMIO=60118")
+    assert ran_to_its_end(run_over_arduino(root, folder, root / "include", '#include "main.cpp"\n', *macros))
 
 
 @needs.library
